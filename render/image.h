@@ -1,0 +1,27 @@
+#pragma once
+/// A picture in memory, and PNG files (sole user of stb).
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace render {
+
+/// 8-bit RGB, top row first, no padding between rows.
+struct Image {
+    int width = 0;                       ///< [px]
+    int height = 0;                      ///< [px]
+    std::vector<std::uint8_t> rgb;       ///< [height * width * 3]
+
+    Image() = default;
+    Image(int w, int h) : width(w), height(h), rgb(static_cast<std::size_t>(w) * h * 3) {}
+};
+
+/// The bytes of a PNG file. Same picture, same bytes.
+std::vector<std::uint8_t> encode_png(const Image& image);
+
+/// Reads a PNG (or JPEG) as 8-bit RGB. Throws Error (io).
+Image read_image(const std::filesystem::path& path);
+
+} // namespace render

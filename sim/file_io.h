@@ -1,0 +1,26 @@
+#pragma once
+/// Files that appear whole or not at all: written as NAME.part, renamed when complete.
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+namespace sim {
+
+/// The whole file. Throws Error (io).
+std::string read_text_file(const std::filesystem::path& path);
+
+/// The temporary name under which `path` is written: path + ".part".
+std::filesystem::path part_path(const std::filesystem::path& path);
+
+/// Flushes the finished part file to disk and renames it to `path`. Throws Error (io).
+void commit_part(const std::filesystem::path& path);
+
+/// Writes all bytes to the part file and commits it. Throws Error (io), removing the part file.
+void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+void write_file(const std::filesystem::path& path, const std::string& text);
+
+/// SHA-256 of a file's bytes, 64 hexadecimal digits. Throws Error (io).
+std::string sha256_of_file(const std::filesystem::path& path);
+
+} // namespace sim

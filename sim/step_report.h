@@ -1,0 +1,31 @@
+#pragma once
+/// What one step of the world did: counts, iterations, residuals and the time of each stage.
+#include <array>
+#include <cstdint>
+
+namespace sim {
+
+/// Stages of World::step, in order.
+enum class Stage { broad_phase, narrow_phase, collisions, contacts, integrate, count };
+inline constexpr int stage_count = static_cast<int>(Stage::count);
+inline constexpr std::array<const char*, stage_count> stage_names{"broad_phase", "narrow_phase", "collisions",
+                                                                  "contacts", "integrate"};
+
+struct StepReport {
+    int pairs = 0;                     ///< body pairs whose bounding boxes overlap
+    int manifolds = 0;                 ///< pairs with at least one contact
+    int collisions = 0;                ///< contacts resolved as collisions
+    int collision_passes = 0;
+    int contacts = 0;                  ///< contact points in the resting solve
+    int joints = 0;
+    int collision_iterations = 0;      ///< sweeps over the collisions
+    int contact_iterations = 0;        ///< sweeps over the resting contacts
+    int impacts_stopped_at = 0;        ///< times of impact at which the step was divided
+    int divisions = 0;                 ///< times the step was halved because it did not converge
+    double residual = 0.0;             ///< [m] largest gap error left by the solve
+    double max_penetration = 0.0;      ///< [m] on the geometry of the poses after the step, >= 0
+    bool at_iteration_limit = false;   ///< not converged, and not mended
+    std::array<double, stage_count> stage_ms{};   ///< wall time by Stage [ms]
+};
+
+} // namespace sim

@@ -1,0 +1,32 @@
+#pragma once
+/// The simulation: owns all bodies and joints and advances them step by step.
+#include "sim/scene_def.h"
+#include "sim/snapshot.h"
+#include "sim/step_report.h"
+
+#include <memory>
+
+namespace sim {
+
+class World {
+public:
+    /// threads >= 1: the result does not depend on it.
+    explicit World(const SceneDef& scene, int threads = 1);
+    ~World();
+    World(World&&) noexcept;
+    World& operator=(World&&) noexcept;
+
+    /// Advances by one time step. Throws Error (stopped) with body, step and stage when a state is not finite.
+    StepReport step();
+
+    std::int64_t step_index() const;
+    /// t = step_index * h, never accumulated [s].
+    double time() const;
+    Snapshot take_snapshot() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace sim
