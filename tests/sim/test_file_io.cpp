@@ -1,0 +1,87 @@
+#include "sim/file_io.h"
+
+#include "sim/error.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+using namespace sim;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// An empty folder of this test's own.
+fs::path fresh_folder() {
+    const fs::path folder =
+        fs::path(TUMBLE_OUT_DIR) / "test" / "file_io" / testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    return folder;
+}
+
+} // namespace
+
+TEST(file_io, written_text_is_read_back_and_no_part_file_is_left) {
+    const fs::path path = fresh_folder() / "a b.txt";
+    std::string text = "first\nsecond";
+    text += '\0';
+    text += std::string(200000, 'x');
+    write_file(path, text);
+    EXPECT_EQ(read_text_file(path), text);
+    EXPECT_FALSE(fs::exists(part_path(path)));
+}
+
+TEST(file_io, writing_again_replaces_the_file) {
+    const fs::path path = fresh_folder() / "a.txt";
+    write_file(path, std::string("a longer text"));
+    write_file(path, std::string("short"));
+    EXPECT_EQ(read_text_file(path), "short");
+}
+
+// FIPS 180-2, appendix B.1 and B.3, and the empty message.
+TEST(file_io, sha256_gives_the_published_values) {
+    const fs::path path = fresh_folder() / "message";
+    write_file(path, std::string("abc"));
+    EXPECT_EQ(sha256_of_file(path), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+    write_file(path, std::string(1000000, 'a'));
+    EXPECT_EQ(sha256_of_file(path), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+    write_file(path, std::string());
+    EXPECT_EQ(sha256_of_file(path), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+}
+
+TEST(file_io, a_missing_file_is_an_io_error_that_names_it) {
+    const fs::path path = fresh_folder() / "missing.txt";
+    try {
+        read_text_file(path);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+        EXPECT_EQ(error.what(), "cannot read " + path.string() + ": No such file or directory");
+    }
+}
+
+TEST(file_io, a_missing_folder_is_an_io_error_on_writing) {
+    const fs::path path = fresh_folder() / "nowhere" / "a.txt";
+    try {
+        write_file(path, std::string("text"));
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+    }
+}
+
+TEST(file_io, a_full_device_is_an_io_error) {
+    // The part file is a link to the device that is always full.
+    const fs::path path = fresh_folder() / "a.txt";
+    fs::create_symlink("/dev/full", part_path(path));
+    try {
+        write_file(path, std::string("text"));
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+        EXPECT_NE(std::string(error.what()).find("No space left on device"), std::string::npos);
+    }
+    EXPECT_FALSE(fs::exists(path));
+    EXPECT_FALSE(fs::is_symlink(part_path(path)));
+}
