@@ -28,10 +28,12 @@ std::optional<Rational> parse_rational(std::string_view text);
 /// The exact fraction of the shortest decimal text of x (0.001 gives 1/1000); nothing if it does not fit.
 std::optional<Rational> rational_from_decimal(double x);
 
-/// Step shown by frame k: round(k / (fps h)), halves up. h [s], fps [1/s].
+/// Step shown by frame k: round(k / (fps h)), halves up. h [s] > 0, fps [1/s] > 0, k >= 0.
+/// CHECKs that the product fits in 128 bits: it does up to k = 2^40 with numerators and denominators to
+/// 10^12.
 std::int64_t step_of_frame(std::int64_t k, Rational fps, Rational h);
 
-/// Number of frames of a film: round(duration fps), halves up. duration [s].
+/// Number of frames of a film: round(duration fps), halves up. duration [s] >= 0.
 std::int64_t frame_count(Rational duration, Rational fps);
 
 } // namespace sim

@@ -2,6 +2,7 @@
 /// Collision shapes and their mass properties.
 #include "sim/math.h"
 
+#include <limits>
 #include <string>
 #include <variant>
 #include <vector>
@@ -13,12 +14,12 @@ struct Plane {};
 
 /// Axis-aligned in the body frame, centred at its origin.
 struct Box {
-    Vec3 half_extents = Vec3::Constant(0.5);   ///< [m] > 0
+    Vec3 half_extents = Vec3::Constant(0.5); ///< [m] > 0
 };
 
 /// Centred at the origin of its frame.
 struct Sphere {
-    double radius = 0.5;   ///< [m] > 0
+    double radius = 0.5; ///< [m] > 0
 };
 
 /// One part of a compound, placed in the compound's frame.
@@ -30,16 +31,16 @@ struct CompoundPart {
 
 /// Union of parts that move together (a top: bowl and stem). Parts may overlap.
 struct Compound {
-    std::vector<CompoundPart> parts;   ///< at least one
+    std::vector<CompoundPart> parts; ///< at least one
 };
 
 using Shape = std::variant<Plane, Box, Sphere, Compound>;
 
 /// About the centre of mass. mass == 0 for a static body.
 struct MassProperties {
-    double mass = 0.0;                          ///< [kg]
-    Vec3 centre_of_mass = Vec3::Zero();         ///< [m], in the frame the shape was given in
-    Mat3 inertia = Mat3::Zero();                ///< [kg m^2], about the centre of mass, axes of that frame
+    double mass = 0.0;                  ///< [kg]
+    Vec3 centre_of_mass = Vec3::Zero(); ///< [m], in the frame the shape was given in
+    Mat3 inertia = Mat3::Zero();        ///< [kg m^2], about the centre of mass, axes of that frame
 };
 
 /// Mass properties of a homogeneous shape. density [kg/m^3] > 0. Parts of a compound are summed as if they
@@ -52,8 +53,8 @@ Shape shifted(const Shape& shape, const Vec3& origin);
 
 /// Axis-aligned bounding box in the world. An unbounded shape gives infinities.
 struct Bounds {
-    Vec3 lower = Vec3::Constant(-std::numeric_limits<double>::infinity());   ///< [m]
-    Vec3 upper = Vec3::Constant(std::numeric_limits<double>::infinity());    ///< [m]
+    Vec3 lower = Vec3::Constant(-std::numeric_limits<double>::infinity()); ///< [m]
+    Vec3 upper = Vec3::Constant(std::numeric_limits<double>::infinity());  ///< [m]
 };
 Bounds bounds(const Shape& shape, const Pose& world_from_body);
 
