@@ -1,0 +1,37 @@
+#pragma once
+/// Signed distances of simple convex solids, written apart from sim/ so that one can judge the other.
+/// A gap is > 0 apart and < 0 overlapping; -gap is then the exact penetration: the shortest translation [m]
+/// that parts the two solids.
+#include <Eigen/Core>
+
+namespace reference {
+
+using Vector = Eigen::Vector3d;
+using Matrix = Eigen::Matrix3d;
+
+struct OrientedBox {
+    Vector centre = Vector::Zero();              ///< [m]
+    Matrix axes = Matrix::Identity();            ///< unit edge directions in columns, world
+    Vector half_extents = Vector::Constant(0.5); ///< [m]
+};
+
+struct Ball {
+    Vector centre = Vector::Zero(); ///< [m]
+    double radius = 0.5;            ///< [m]
+};
+
+/// All points x with (x - point) . normal <= 0.
+struct HalfSpace {
+    Vector point = Vector::Zero();   ///< [m]
+    Vector normal = Vector::UnitZ(); ///< unit, out of the solid
+};
+
+/// Exact penetration by the separating axes of two boxes (6 face normals, 9 edge pairs). Where the boxes are
+/// apart the value is the largest separation along these axes, a lower bound of their distance.
+double gap(const OrientedBox& a, const OrientedBox& b);
+double gap(const OrientedBox& box, const HalfSpace& solid);
+double gap(const Ball& ball, const OrientedBox& box);
+double gap(const Ball& ball, const HalfSpace& solid);
+double gap(const Ball& a, const Ball& b);
+
+} // namespace reference

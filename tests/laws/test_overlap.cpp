@@ -1,0 +1,198 @@
+/// The judge of overlaps, judged on pairs whose depth is known.
+#include "tests/laws/reference/overlap.h"
+#include "tests/laws/reference/trajectory_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace {
+
+using namespace reference;
+
+// Coordinates of order 1 in double precision: a few roundings of 1e-16 each.
+constexpr double rounding = 1e-14; // [m]
+
+Matrix turn(double angle, const Vector& axis) {
+    return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+}
+
+OrientedBox cube(const Vector& centre, const Matrix& axes = Matrix::Identity()) {
+    return {centre, axes, Vector::Constant(0.5)};
+}
+
+/// A turn that takes the direction (1, 1, 1) to z, so that a cube stands on its corner.
+Matrix corner_up() {
+    return Eigen::Quaterniond::FromTwoVectors(Vector(1, 1, 1).normalized(), Vector::UnitZ())
+        .toRotationMatrix();
+}
+
+TEST(overlap, aligned_cubes_overlap_by_the_shortest_way_out) {
+    EXPECT_NEAR(gap(cube({0, 0, 0}), cube({0.9, 0.3, -0.2})), -0.1, rounding);
+    EXPECT_NEAR(gap(cube({0, 0, 0}), cube({0.1, 0.2, 1.25})), 0.25, rounding);
+    EXPECT_NEAR(gap(cube({0, 0, 0}), cube({0, 0, 0})), -1.0, rounding);
+}
+
+TEST(overlap, corner_in_a_face) {
+    const double reach = std::sqrt(3.0) / 2;
+    EXPECT_NEAR(gap(cube({0, 0, 0}), cube({0.1, -0.1, 0.5 + reach - 0.01}, corner_up())), -0.01, rounding);
+    EXPECT_NEAR(gap(cube({0, 0, reach - 0.02}, corner_up()), HalfSpace{}), -0.02, rounding);
+    EXPECT_NEAR(gap(cube({0, 0, reach + 0.02}, corner_up()), HalfSpace{}), 0.02, rounding);
+}
+
+TEST(overlap, crossing_edges_are_found_by_the_edge_axis_only) {
+    const double reach = std::sqrt(0.5); // from the centre of a unit cube to the middle of an edge
+    const double quarter = std::acos(-1.0) / 4;
+    const OrientedBox lower = cube({0, 0, 0}, turn(quarter, Vector::UnitX()));
+    const OrientedBox upper = cube({0.1, 0.2, 2 * reach - 0.03}, turn(quarter, Vector::UnitY()));
+    EXPECT_NEAR(gap(lower, upper), -0.03, rounding);
+    EXPECT_NEAR(gap(upper, lower), -0.03, rounding);
+}
+
+TEST(overlap, nearly_parallel_edges_do_not_change_the_depth) {
+    for (double angle : {0.0, 1e-16, 1e-14, 1e-13, 3e-13, 1e-12, 3e-12, 1e-11, 1e-9}) {
+        for (const Vector& axis : {Vector(0, 0, 1), Vector(1, 0, 0), Vector(1, 2, 3).normalized()}) {
+            const double depth = -gap(cube({0, 0, 0}), cube({0.2, 0.1, 0.95}, turn(angle, axis)));
+            // The corner moves by at most the angle times the half diagonal of the cube.
+            EXPECT_NEAR(depth, 0.05, angle * std::sqrt(0.75) + rounding) << "angle " << angle;
+        }
+    }
+}
+
+/// Depth of two boxes along one direction: how far they must move apart along it.
+double depth_along(const OrientedBox& a, const OrientedBox& b, const Vector& d) {
+    return (a.axes.transpose() * d).cwiseAbs().dot(a.half_extents) +
+           (b.axes.transpose() * d).cwiseAbs().dot(b.half_extents) - std::abs((a.centre - b.centre).dot(d));
+}
+
+/// Smallest depth over all directions by sampling and a shrinking random search: slow and without any axes.
+double smallest_depth(const OrientedBox& a, const OrientedBox& b, std::mt19937_64& random) {
+    std::normal_distribution<double> normal;
+    const auto direction = [&] { return Vector(normal(random), normal(random), normal(random)); };
+    Vector best = Vector::UnitX();
+    for (int i = 0; i < 20000; ++i) {
+        const Vector d = direction().normalized();
+        best = depth_along(a, b, d) < depth_along(a, b, best) ? d : best;
+    }
+    for (double width = 0.1; width > 1e-9; width *= 0.9) {
+        for (int i = 0; i < 40; ++i) {
+            const Vector d = (best + width * direction()).normalized();
+            best = depth_along(a, b, d) < depth_along(a, b, best) ? d : best;
+        }
+    }
+    return depth_along(a, b, best);
+}
+
+TEST(overlap, random_boxes_agree_with_a_search_over_all_directions) {
+    std::mt19937_64 random(20261120);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    int overlapping = 0;
+    for (int i = 0; i < 60; ++i) {
+        const auto box = [&](double spread) {
+            const Eigen::Quaterniond q(uniform(random), uniform(random), uniform(random), uniform(random));
+            const Vector centre(uniform(random), uniform(random), uniform(random));
+            const Vector size(0.6 + 0.4 * uniform(random), 0.6 + 0.4 * uniform(random),
+                              0.6 + 0.4 * uniform(random));
+            return OrientedBox{spread * centre, q.normalized().toRotationMatrix(), size};
+        };
+        const OrientedBox a = box(0.0), b = box(1.0);
+        const double exact = -gap(a, b), searched = smallest_depth(a, b, random);
+        if (exact <= 0.0) {
+            EXPECT_LE(searched, exact + 1e-6); // apart: the axes give a lower bound of the distance
+            continue;
+        }
+        ++overlapping;
+        EXPECT_LE(exact, searched + rounding); // no direction may be shorter
+        EXPECT_NEAR(exact, searched, 1e-6);    // and the search reaches it, to its own precision
+    }
+    EXPECT_GT(overlapping, 20);
+}
+
+TEST(overlap, balls) {
+    EXPECT_NEAR(gap(Ball{{0, 0, 0}, 1.0}, Ball{{3, 4, 0}, 3.9}), 0.1, rounding);
+    EXPECT_NEAR(gap(Ball{{0, 0, 0.3}, 0.5}, HalfSpace{}), -0.2, rounding);
+    EXPECT_NEAR(gap(Ball{{0.8, 0.9, 0.2}, 0.4}, cube({0, 0, 0})), 0.1, rounding);  // nearest an edge
+    EXPECT_NEAR(gap(Ball{{0.1, 0.1, 0.7}, 0.4}, cube({0, 0, 0})), -0.2, rounding); // nearest a face
+    EXPECT_NEAR(gap(Ball{{0.1, 0.1, 0.4}, 0.4}, cube({0, 0, 0})), -0.5, rounding); // centre inside
+}
+
+TEST(overlap, sweep_finds_the_pairs_of_a_full_search) {
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> uniform(-3.0, 3.0);
+    std::vector<Solid> solids{{{{HalfSpace{}}}, true}};
+    std::vector<Placement> placements{{}};
+    for (int i = 0; i < 150; ++i) {
+        Solid solid;
+        if (i % 3 == 0) {
+            solid.pieces = {{Ball{{0.2, 0, 0}, 0.4}}, {OrientedBox{{0, 0.3, 0}, turn(0.4, Vector::UnitX())}}};
+        } else {
+            solid.pieces = {{OrientedBox{}}};
+        }
+        solid.is_static = i % 10 == 0;
+        solids.push_back(solid);
+        const Eigen::Quaterniond q(uniform(random), uniform(random), uniform(random), uniform(random));
+        placements.push_back({{uniform(random), uniform(random), uniform(random)}, q.normalized()});
+    }
+    const std::vector<PairGap> swept = near_pairs(solids, placements, 0.05, {{3, 5}});
+    std::size_t found = 0;
+    for (int a = 0; a < static_cast<int>(solids.size()); ++a) {
+        for (int b = a + 1; b < static_cast<int>(solids.size()); ++b) {
+            const double g = pair_gap(solids[a], placements[a], solids[b], placements[b]);
+            if (g > 0.05 || (solids[a].is_static && solids[b].is_static) || (a == 3 && b == 5)) {
+                continue;
+            }
+            ASSERT_LT(found, swept.size());
+            EXPECT_EQ(std::pair(swept[found].a, swept[found].b), std::pair(a, b));
+            EXPECT_EQ(swept[found++].gap, g);
+        }
+    }
+    EXPECT_EQ(found, swept.size());
+    EXPECT_GT(found, 100u);
+}
+
+TEST(overlap, a_body_that_jumps_through_a_wall_is_named) {
+    const OrientedBox wall{{0, 0, 0}, turn(0.5, Vector::UnitZ()), {0.1, 5, 5}};
+    const std::vector<Solid> solids{{{{wall}}, true}, {{{OrientedBox{}}}, false}, {{{HalfSpace{}}}, true}};
+    const auto at = [](const Vector& p) {
+        return std::vector<Placement>{{}, {p, Eigen::Quaterniond(1, 0, 0, 0)}, {}};
+    };
+    EXPECT_EQ(passed_through(solids, at({-1, 0, 1}), at({1, 0, 1})), std::vector<int>{1});
+    EXPECT_EQ(passed_through(solids, at({-1, 0, 1}), at({-1, 1, 1})), std::vector<int>{});
+    EXPECT_EQ(passed_through(solids, at({-1, 0, 6}), at({1, 0, 6})), std::vector<int>{}); // over the top
+    EXPECT_EQ(passed_through(solids, at({-2, 0, 1}), at({-2, 0, -1})),
+              std::vector<int>{1}); // through the floor
+}
+
+TEST(overlap, statistics_use_the_nearest_rank) {
+    OverlapStatistics statistics;
+    EXPECT_EQ(statistics.largest(), 0.0);
+    EXPECT_EQ(statistics.share_above(0.0), 0.0);
+    std::vector<PairGap> pairs{{0, 1, 0.5}}; // apart: not an overlap
+    for (int i = 1; i <= 200; ++i) {
+        pairs.push_back({0, i, -i * 1e-6});
+    }
+    statistics.add(pairs);
+    EXPECT_EQ(statistics.count(), 200u);
+    EXPECT_NEAR(statistics.quantile(0.5), 100e-6, 1e-18);
+    EXPECT_NEAR(statistics.quantile(0.99), 198e-6, 1e-18);
+    EXPECT_NEAR(statistics.largest(), 200e-6, 1e-18);
+    EXPECT_EQ(statistics.count_above(150.5e-6), 50u);
+    EXPECT_NEAR(statistics.share_above(150.5e-6), 0.25, rounding);
+}
+
+TEST(overlap, solids_are_read_from_the_text_of_a_trajectory) {
+    const Solid top = solid_from_json(R"({"kind":"compound","parts":[
+        {"kind":"sphere","radius":0.3,"position":[0,0,0.1],"orientation":[1,0,0,0]},
+        {"kind":"box","half_extents":[1,2,3],"position":[1,0,0],"orientation":[0,0,0,1]}]})",
+                                      false);
+    ASSERT_EQ(top.pieces.size(), 2u);
+    EXPECT_EQ(std::get<Ball>(top.pieces[0].shape).centre.z(), 0.1);
+    EXPECT_NEAR((std::get<OrientedBox>(top.pieces[1].shape).axes.col(0) + Vector::UnitX()).norm(), 0.0,
+                rounding);
+    EXPECT_TRUE(solid_from_json(R"({"kind":"plane"})", true).is_static);
+    EXPECT_THROW(solid_from_json(R"({"kind":"cone"})", true), std::runtime_error);
+    EXPECT_THROW(TrajectoryFile("no such file"), std::runtime_error);
+}
+
+} // namespace
