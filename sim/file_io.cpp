@@ -17,7 +17,7 @@ namespace sim {
 
 namespace {
 
-constexpr std::size_t chunk_size = 1 << 16;   // [byte] read at a time
+constexpr std::size_t chunk_size = 1 << 16; // [byte] read at a time
 
 [[noreturn]] void fail(const char* what, const std::filesystem::path& path, int error_number) {
     throw Error(ExitCode::io,
@@ -93,7 +93,7 @@ void sync_folder(const std::filesystem::path& folder) {
     const std::filesystem::path name = folder.empty() ? "." : folder;
     const int fd = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0) {
-        return;   // a folder we may write but not read: the rename itself has succeeded
+        return; // a folder we may write but not read: the rename itself has succeeded
     }
     const int result = ::fsync(fd);
     const int error_number = errno;
@@ -140,7 +140,7 @@ void write_file(const std::filesystem::path& path, std::span<const std::uint8_t>
         file.close();
         commit_part(path);
     } catch (...) {
-        ::unlink(part.c_str());   // fails only where there is nothing to remove
+        ::unlink(part.c_str()); // fails only where there is nothing to remove
         throw;
     }
 }

@@ -13,8 +13,8 @@ namespace {
 
 /// An empty folder of this test's own.
 fs::path fresh_folder() {
-    const fs::path folder =
-        fs::path(TUMBLE_OUT_DIR) / "test" / "file_io" / testing::UnitTest::GetInstance()->current_test_info()->name();
+    const fs::path folder = fs::path(TUMBLE_OUT_DIR) / "test" / "file_io" /
+                            testing::UnitTest::GetInstance()->current_test_info()->name();
     fs::remove_all(folder);
     fs::create_directories(folder);
     return folder;

@@ -1,0 +1,59 @@
+#pragma once
+/// Owners of libav's objects: one unique_ptr alias a type. Only this file names a free function of libav.
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/dict.h>
+#include <libavutil/frame.h>
+#include <libswscale/swscale.h>
+}
+
+#include <memory>
+
+namespace render {
+
+struct AvDeleter {
+    void operator()(AVCodecContext* p) const noexcept { avcodec_free_context(&p); }
+    void operator()(AVFrame* p) const noexcept { av_frame_free(&p); }
+    void operator()(AVPacket* p) const noexcept { av_packet_free(&p); }
+    void operator()(SwsContext* p) const noexcept { sws_freeContext(p); }
+    void operator()(AVIOContext* p) const noexcept { avio_close(p); }
+};
+
+using CodecContext = std::unique_ptr<AVCodecContext, AvDeleter>;
+using Frame = std::unique_ptr<AVFrame, AvDeleter>;
+using Packet = std::unique_ptr<AVPacket, AvDeleter>;
+using Scaler = std::unique_ptr<SwsContext, AvDeleter>;
+using IoContext = std::unique_ptr<AVIOContext, AvDeleter>;
+
+struct OutputFormatDeleter {
+    void operator()(AVFormatContext* p) const noexcept { avformat_free_context(p); }
+};
+struct InputFormatDeleter {
+    void operator()(AVFormatContext* p) const noexcept { avformat_close_input(&p); }
+};
+using OutputFormat = std::unique_ptr<AVFormatContext, OutputFormatDeleter>;
+using InputFormat = std::unique_ptr<AVFormatContext, InputFormatDeleter>;
+
+/// Options handed to libav; what it does not know stays behind.
+class Dictionary {
+public:
+    Dictionary() = default;
+    Dictionary(const Dictionary&) = delete;
+    Dictionary& operator=(const Dictionary&) = delete;
+    ~Dictionary() { av_dict_free(&options_); }
+
+    /// Negative on failure.
+    int set(const char* key, const char* value) noexcept { return av_dict_set(&options_, key, value, 0); }
+    AVDictionary** get() noexcept { return &options_; }
+    /// The first option that nobody took, or null.
+    const char* first_key() const noexcept {
+        const AVDictionaryEntry* entry = av_dict_get(options_, "", nullptr, AV_DICT_IGNORE_SUFFIX);
+        return entry != nullptr ? entry->key : nullptr;
+    }
+
+private:
+    AVDictionary* options_ = nullptr;
+};
+
+} // namespace render
