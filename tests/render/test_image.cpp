@@ -39,7 +39,8 @@ std::filesystem::path write(const std::string& name, const std::vector<std::uint
 TEST(image, png_reads_back_equal) {
     for (const auto& [width, height] : {std::pair{1, 1}, {67, 41}, {256, 3}}) {
         const render::Image image = gradient(width, height);
-        const render::Image back = render::read_image(write("image_round_trip.png", render::encode_png(image)));
+        const render::Image back =
+            render::read_image(write("image_round_trip.png", render::encode_png(image)));
         EXPECT_EQ(back.width, width);
         EXPECT_EQ(back.height, height);
         EXPECT_EQ(back.rgb, image.rgb);
@@ -52,7 +53,8 @@ TEST(image, same_picture_gives_same_bytes) {
 
 TEST(image, png_begins_with_signature_and_ends_with_iend) {
     const std::vector<std::uint8_t> file = render::encode_png(gradient(5, 4));
-    const std::vector<std::uint8_t> head{0x89, 'P', 'N', 'G', 13, 10, 26, 10, 0, 0, 0, 13, 'I', 'H', 'D', 'R'};
+    const std::vector<std::uint8_t> head{0x89, 'P', 'N', 'G', 13,  10,  26,  10,
+                                         0,    0,   0,   13,  'I', 'H', 'D', 'R'};
     const std::vector<std::uint8_t> tail{0, 0, 0, 0, 'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
     EXPECT_TRUE(std::equal(head.begin(), head.end(), file.begin()));
     EXPECT_TRUE(std::equal(tail.rbegin(), tail.rend(), file.rbegin()));

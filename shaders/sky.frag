@@ -1,0 +1,10 @@
+#include "common_frame.glsl"
+#include "common_light.glsl"
+
+in vec3 direction;
+
+layout(location = 0) out vec4 pixel;
+
+void main() {
+    pixel = vec4(tone_mapped(sky_radiance(normalize(direction).z)), 1.0);
+}
