@@ -1,0 +1,219 @@
+#include "sim/trajectory.h"
+
+#include "sim/error.h"
+#include "sim/file_io.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+
+using namespace sim;
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::path fresh_folder() {
+    const fs::path folder = fs::path(TUMBLE_OUT_DIR) / "test" / "trajectory" /
+                            testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    return folder;
+}
+
+SceneDef test_scene() {
+    SceneDef scene;
+    scene.name = "two bodies";
+    scene.text =
+        "# a scene text longer than HDF5's limit for compact attributes\n" + std::string(100000, 'x');
+    scene.overrides = {"step.tolerance=1e-6", "title=\"\xC3\xA4\""};
+    BodyDef floor;
+    floor.name = "floor";
+    floor.shape = Plane{};
+    BodyDef box;
+    box.name = "box \xE2\x91\xA0";
+    box.shape = Box{Vec3(1, 2, 3)};
+    box.mass.mass = 48.0;
+    scene.bodies = {floor, box};
+    return scene;
+}
+
+/// Numbers that are exact in no decimal text.
+Snapshot test_snapshot(std::int64_t step, std::size_t body_count) {
+    Snapshot snapshot;
+    snapshot.step = step;
+    snapshot.time = static_cast<double>(step) / 3000;
+    for (std::size_t i = 0; i < body_count; ++i) {
+        const double x = std::sin(static_cast<double>(step) + static_cast<double>(i));
+        snapshot.bodies.push_back({Vec3(x, 2 * x, -x), Quat(Eigen::AngleAxisd(x, Vec3(1, 2, 2) / 3)),
+                                   Vec3(x / 3, x / 7, 0), Vec3(-x / 9, -0.0, 1e-300)});
+    }
+    return snapshot;
+}
+
+void expect_equal(const Snapshot& a, const Snapshot& b) {
+    EXPECT_EQ(a.step, b.step);
+    EXPECT_EQ(a.time, b.time);
+    ASSERT_EQ(a.bodies.size(), b.bodies.size());
+    EXPECT_EQ(state_hash(a), state_hash(b));
+    for (std::size_t i = 0; i < a.bodies.size(); ++i) {
+        EXPECT_EQ(a.bodies[i].position, b.bodies[i].position);
+        EXPECT_EQ(a.bodies[i].orientation.coeffs(), b.bodies[i].orientation.coeffs());
+        EXPECT_EQ(a.bodies[i].velocity, b.bodies[i].velocity);
+        EXPECT_EQ(a.bodies[i].angular_velocity, b.bodies[i].angular_velocity);
+    }
+}
+
+void write_trajectory(const fs::path& path, const SceneDef& scene, int record_count) {
+    TrajectoryWriter writer(path, scene);
+    for (int k = 0; k < record_count; ++k) {
+        writer.append(test_snapshot(17 * k, scene.bodies.size()));
+    }
+    writer.finish();
+}
+
+/// Without waiting for the disk.
+void write_quickly(const fs::path& path, const std::string& bytes) {
+    std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+/// Everything the reader gives, in one text. Throws Error.
+std::string read_all(const fs::path& path) {
+    const TrajectoryReader reader(path);
+    const TrajectoryInfo& info = reader.info();
+    std::string all = info.scene_name + info.scene_text + info.program_version;
+    for (const auto* texts : {&info.overrides, &info.body_names, &info.body_shapes}) {
+        for (const std::string& text : *texts) {
+            all += text + "|";
+        }
+    }
+    for (const double mass : info.body_masses) {
+        all += std::to_string(mass);
+    }
+    for (std::size_t k = 0; k < reader.steps().size(); ++k) {
+        all += std::to_string(state_hash(reader.read(k)));
+    }
+    return all;
+}
+
+} // namespace
+
+TEST(trajectory, records_and_description_are_read_back_bit_for_bit) {
+    const fs::path path = fresh_folder() / "a b.h5";
+    const SceneDef scene = test_scene();
+    write_trajectory(path, scene, 1000); // several chunks
+    EXPECT_FALSE(fs::exists(part_path(path)));
+    const TrajectoryReader reader(path);
+    EXPECT_EQ(reader.info().scene_name, scene.name);
+    EXPECT_EQ(reader.info().scene_text, scene.text);
+    EXPECT_EQ(reader.info().overrides, scene.overrides);
+    EXPECT_FALSE(reader.info().program_version.empty());
+    EXPECT_EQ(reader.info().body_names, (std::vector<std::string>{"floor", "box \xE2\x91\xA0"}));
+    EXPECT_EQ(reader.info().body_shapes[1], shape_to_json(scene.bodies[1].shape));
+    EXPECT_EQ(reader.info().body_masses, (std::vector<double>{0.0, 48.0}));
+    ASSERT_EQ(reader.steps().size(), 1000u);
+    for (const std::size_t k : {0u, 1u, 500u, 999u}) {
+        expect_equal(reader.read(k), test_snapshot(17 * static_cast<std::int64_t>(k), 2));
+    }
+}
+
+TEST(trajectory, same_records_give_the_same_bytes) {
+    const fs::path folder = fresh_folder();
+    write_trajectory(folder / "a.h5", test_scene(), 50);
+    write_trajectory(folder / "b.h5", test_scene(), 50);
+    EXPECT_EQ(read_text_file(folder / "a.h5"), read_text_file(folder / "b.h5"));
+}
+
+TEST(trajectory, a_scene_without_bodies_and_overrides_is_read_back) {
+    const fs::path path = fresh_folder() / "a.h5";
+    write_trajectory(path, SceneDef{}, 3);
+    const TrajectoryReader reader(path);
+    EXPECT_EQ(reader.info().scene_text, "");
+    EXPECT_TRUE(reader.info().overrides.empty());
+    EXPECT_TRUE(reader.info().body_names.empty());
+    expect_equal(reader.read(2), test_snapshot(34, 0));
+}
+
+TEST(trajectory, a_trajectory_that_is_not_finished_leaves_no_file) {
+    const fs::path path = fresh_folder() / "a.h5";
+    {
+        TrajectoryWriter writer(path, test_scene());
+        writer.append(test_snapshot(0, 2));
+        EXPECT_TRUE(fs::exists(part_path(path)));
+    }
+    EXPECT_FALSE(fs::exists(path));
+    EXPECT_FALSE(fs::exists(part_path(path)));
+}
+
+TEST(trajectory, missing_folder_is_an_io_error_with_the_systems_reason) {
+    const fs::path path = fresh_folder() / "nowhere" / "a.h5";
+    try {
+        TrajectoryWriter writer(path, test_scene());
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+        EXPECT_EQ(error.what(), "cannot write " + path.string() + ": No such file or directory");
+    }
+    try {
+        TrajectoryReader reader(path);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+        EXPECT_EQ(error.what(), "cannot read " + path.string() + ": No such file or directory");
+    }
+}
+
+TEST(trajectory, a_file_that_is_no_trajectory_is_an_io_error) {
+    const fs::path path = fresh_folder() / "a.h5";
+    write_file(path, std::string("title = \"a scene\"\n"));
+    try {
+        TrajectoryReader reader(path);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+        EXPECT_NE(std::string(error.what()).find("not a whole trajectory"), std::string::npos)
+            << error.what();
+    }
+}
+
+TEST(trajectory, a_truncated_file_is_an_io_error) {
+    const fs::path path = fresh_folder() / "a.h5";
+    write_trajectory(path, test_scene(), 20);
+    const std::string whole = read_text_file(path);
+    for (std::size_t size = 0; size < whole.size(); size += whole.size() / 50) {
+        write_quickly(path, whole.substr(0, size));
+        try {
+            read_all(path);
+            FAIL() << "read " << size << " of " << whole.size() << " bytes";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ExitCode::io);
+        }
+    }
+}
+
+// Every byte that is read carries a checksum: a changed one is found, unless it lies in unused space.
+TEST(trajectory, a_changed_byte_is_an_io_error_or_changes_nothing) {
+    const fs::path path = fresh_folder() / "a.h5";
+    SceneDef scene = test_scene();
+    scene.text = "short";
+    write_trajectory(path, scene, 20);
+    const std::string whole = read_text_file(path);
+    const std::string content = read_all(path);
+    int found = 0;
+    const char* stride_text = std::getenv("TUMBLE_TEST_STRIDE"); // 1 to try every byte
+    const std::size_t stride =
+        stride_text != nullptr ? std::strtoul(stride_text, nullptr, 10) : whole.size() / 500;
+    for (std::size_t i = 0; i < whole.size(); i += stride) {
+        std::string damaged = whole;
+        damaged[i] = static_cast<char>(damaged[i] ^ 0x41);
+        write_quickly(path, damaged);
+        try {
+            EXPECT_EQ(read_all(path), content) << "byte " << i;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ExitCode::io);
+            ++found;
+        }
+    }
+    EXPECT_GT(found, 20);
+}
