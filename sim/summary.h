@@ -1,0 +1,59 @@
+#pragma once
+/// What a run reports: settings as used, counts, residuals, times, energies, hash and files, as JSON.
+#include "sim/scene_def.h"
+#include "sim/snapshot.h"
+#include "sim/step_report.h"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sim {
+
+/// A file the run has written.
+struct WrittenFile {
+    std::string name; ///< relative to the run's folder
+    std::uintmax_t bytes = 0;
+    std::string sha256; ///< 64 hexadecimal digits
+};
+
+/// Size and SHA-256 of folder / name. Throws Error (io).
+WrittenFile describe_file(const std::filesystem::path& folder, const std::string& name);
+
+/// Sums over the steps of one run. Its size does not depend on their number.
+struct StepTotals {
+    std::int64_t steps = 0;
+    std::int64_t pairs = 0;
+    std::int64_t collisions = 0;
+    std::int64_t contacts = 0;
+    std::int64_t collision_iterations = 0;
+    std::int64_t contact_iterations = 0;
+    std::int64_t impacts_stopped_at = 0;
+    std::int64_t divisions = 0;
+    std::int64_t steps_at_iteration_limit = 0;
+    std::int64_t max_contacts = 0;              ///< of one step
+    double max_residual = 0.0;                  ///< [m]
+    double max_penetration = 0.0;               ///< [m], geometry of the poses after each step
+    std::array<double, stage_count> stage_ms{}; ///< [ms]
+
+    void add(const StepReport& report);
+};
+
+/// Everything a run reports.
+struct Summary {
+    StepTotals totals;
+    int threads = 1;
+    double wall_time = 0.0;      ///< [s], from start to the last file but this one
+    double simulated_time = 0.0; ///< [s]
+    Mechanics start;
+    Mechanics end;
+    std::uint64_t state_hash = 0; ///< of the last state
+    std::vector<WrittenFile> files;
+};
+
+/// summary.json. A number that is not finite is written as null.
+std::string summary_to_json(const SceneDef& scene, const Summary& summary);
+
+} // namespace sim
