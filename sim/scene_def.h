@@ -75,12 +75,12 @@ enum class JointKind {
     hinge,   ///< and the two axes are parallel
 };
 
-/// Joint between two bodies; where the second is static it holds the first in the world.
+/// Joint between two bodies; where the second is the world or static it holds the first in place.
 struct JointDef {
     std::string name;
     JointKind kind = JointKind::ball;
     int body_a = -1;                           ///< index into bodies
-    int body_b = -1;                           ///< index into bodies
+    int body_b = -1;                           ///< index into bodies; -1: the world
     Vec3 anchor = Vec3::Zero();                ///< [m], world, at t = 0
     Vec3 axis{0, 1, 0};                        ///< unit, world, at t = 0; hinge only
     bool is_drawn = true;                      ///< as a rod from the anchor to body_a's centre

@@ -1,0 +1,155 @@
+#include "sim/scene_pattern.h"
+
+#include "sim/scene_body.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace sim {
+
+namespace {
+
+/// Largest number of bodies a lattice may have.
+constexpr double most_bodies = 1e6;
+
+/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers on every platform, for ever.
+class Random {
+public:
+    explicit Random(std::uint64_t seed) : state_(seed) {}
+
+    /// Uniform in [0, 1), 53 bits.
+    double uniform() {
+        state_ += 0x9E3779B97F4A7C15u;
+        std::uint64_t z = state_;
+        z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+        z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+        return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+    }
+
+    /// Uniform on the unit sphere: points of the cube until one lies in the ball, but not next to its centre.
+    Vec3 direction() {
+        constexpr double least_square = 1e-4;
+        for (;;) {
+            const double x = 2.0 * uniform() - 1.0;
+            const double y = 2.0 * uniform() - 1.0;
+            const double z = 2.0 * uniform() - 1.0;
+            const double square = x * x + y * y + z * z;
+            if (square <= 1.0 && square >= least_square) {
+                return Vec3(x, y, z) / std::sqrt(square);
+            }
+        }
+    }
+
+private:
+    std::uint64_t state_;
+};
+
+/// The plate whose outside is east, its inner surface at z = 0 of a frame with x up the slope. The others
+/// follow by quarter turns.
+struct Plate {
+    Vec3 half_extents; ///< [m] up the slope, across, through
+    Vec3 centre;       ///< [m]
+    Mat3 axes;         ///< columns: up the slope, across, inner normal
+};
+
+Plate east_plate(Section& section) {
+    const double mouth = section.number("mouth");
+    const double throat = section.number("throat");
+    const double mouth_height = section.number("mouth_height");
+    const double throat_height = section.number("throat_height");
+    const double thickness = section.number("thickness");
+    if (mouth <= throat) {
+        section.fail("mouth",
+                     fmt::format("mouth is {}, expected more than throat, which is {}", mouth, throat));
+    }
+    if (mouth_height <= throat_height) {
+        section.fail("mouth_height",
+                     fmt::format("mouth_height is {}, expected more than throat_height, which is {}",
+                                 mouth_height, throat_height));
+    }
+    // The inner surface, seen along y, goes from the throat's edge to the mouth's edge.
+    const Vec3 low(throat / 2.0, 0.0, throat_height);
+    const Vec3 high(mouth / 2.0, 0.0, mouth_height);
+    const double length = (high - low).norm();
+    const Vec3 up = (high - low) / length;
+    const Vec3 normal(-up.z(), 0.0, up.x());
+    Plate plate;
+    plate.axes << up, Vec3::UnitY(), normal;
+    // Wider than the mouth by the thickness on both sides, so that neighbours close the corner over their
+    // whole thickness. What stands out lies behind the neighbour's inner surface, outside the funnel.
+    plate.half_extents = Vec3(length / 2.0, mouth / 2.0 + thickness, thickness / 2.0);
+    plate.centre = (low + high) / 2.0 - normal * (thickness / 2.0);
+    return plate;
+}
+
+} // namespace
+
+std::vector<BodyDef> read_lattice(const TextSource& source, const TreeNode& node, const std::string& title) {
+    Section section(source, node, scene_section("lattice"), title);
+    const std::string name = section.text("name");
+    const Eigen::Vector3i count = section.counts("count");
+    const Vec3 spacing = section.vector("spacing");
+    const Vec3 origin = section.vector("origin");
+    const double turn_max = section.number("turn_max_degrees") * (std::numbers::pi / 180.0);
+    Random random(static_cast<std::uint64_t>(section.long_integer("seed")));
+    const std::vector<Vec3> palette =
+        section.has("palette") ? section.colors("palette") : std::vector<Vec3>{};
+    Section body_section(source, section.table("body"), scene_section("lattice.body"), title + " body");
+    const BodyDef pattern = read_body_template(body_section);
+    if (count.cast<double>().prod() > most_bodies) {
+        section.fail("count", fmt::format("count makes {:.0f} bodies, expected at most {:.0f}",
+                                          count.cast<double>().prod(), most_bodies));
+    }
+
+    std::vector<BodyDef> bodies;
+    for (int k = 0; k < count.z(); ++k) {
+        for (int j = 0; j < count.y(); ++j) {
+            for (int i = 0; i < count.x(); ++i) {
+                BodyDef body = pattern;
+                body.name = fmt::format("{}_{}", name, bodies.size());
+                body.pose.position = origin + spacing.cwiseProduct(Vec3(i, j, k));
+                if (turn_max > 0.0) {
+                    const Vec3 axis = random.direction();
+                    body.pose.orientation =
+                        Quat(Eigen::AngleAxisd(turn_max * random.uniform(), axis)) * pattern.pose.orientation;
+                }
+                if (!palette.empty()) {
+                    body.look.color = palette[static_cast<std::size_t>(k) % palette.size()];
+                }
+                settle(body);
+                bodies.push_back(std::move(body));
+            }
+        }
+    }
+    return bodies;
+}
+
+std::vector<BodyDef> read_funnel(const TextSource& source, const TreeNode& node, const std::string& title) {
+    Section section(source, node, scene_section("funnel"), title);
+    const std::string name = section.text("name");
+    const Vec3 position = section.vector("position");
+    const Plate east = east_plate(section);
+    BodyDef body;
+    body.material = read_material(section);
+    body.look = read_look(section);
+    body.shape = Box{east.half_extents};
+
+    std::vector<BodyDef> plates;
+    Mat3 turn = Mat3::Identity();
+    for (const char* side : {"east", "north", "west", "south"}) {
+        body.name = fmt::format("{}_{}", name, side);
+        body.pose = {position + turn * east.centre, Quat(Mat3(turn * east.axes)).normalized()};
+        plates.push_back(body);
+        // A quarter turn about z, without rounding.
+        Mat3 quarter;
+        quarter << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+        turn = quarter * turn;
+    }
+    return plates;
+}
+
+} // namespace sim

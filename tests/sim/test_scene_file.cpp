@@ -1,0 +1,418 @@
+#include "sim/scene_file.h"
+
+#include "sim/error.h"
+#include "sim/file_io.h"
+#include "sim/scene_keys.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <numbers>
+#include <set>
+
+using namespace sim;
+
+namespace {
+
+const std::filesystem::path scene_folder = TUMBLE_SCENE_DIR;
+
+/// The message of the error that a scene gives; empty if it gives none.
+std::string message_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    try {
+        parse_scene(text, "scene.toml", overrides);
+        return "";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::usage) << error.what();
+        return error.what();
+    }
+}
+
+/// One case of bad_scenes.txt.
+struct BadScene {
+    std::string what;
+    std::string text;
+    std::vector<std::string> overrides;
+    std::string message;
+};
+
+std::vector<BadScene> read_bad_scenes() {
+    std::vector<BadScene> cases;
+    std::ifstream file(std::string(TUMBLE_SOURCE_DIR) + "/tests/sim/bad_scenes.txt");
+    for (std::string line; std::getline(file, line);) {
+        if (line.starts_with("## ")) {
+            cases.push_back({line.substr(3), "", {}, ""});
+        } else if (cases.empty() || line.empty()) {
+            continue;
+        } else if (line.starts_with("=> ")) {
+            cases.back().message = line.substr(3);
+        } else if (line.starts_with("--set ")) {
+            cases.back().overrides.push_back(line.substr(6));
+        } else {
+            cases.back().text += line + "\n";
+        }
+    }
+    return cases;
+}
+
+const std::string ball = "[[body]]\nname = \"ball\"\nshape = { kind = \"sphere\", radius = 0.5 }\n";
+
+/// The smallest good table of each section: keys with their values.
+using Entries = std::vector<std::pair<std::string, std::string>>;
+Entries smallest_table(const std::string& path) {
+    static const std::map<std::string, Entries> tables{
+        {"body", {{"name", "'x'"}, {"shape", "{ kind = 'sphere', radius = 1 }"}}},
+        {"shape box", {{"kind", "'box'"}, {"size", "[1, 1, 1]"}}},
+        {"shape sphere", {{"kind", "'sphere'"}, {"radius", "1"}}},
+        {"shape plane", {{"kind", "'plane'"}}},
+        {"shape compound", {{"kind", "'compound'"}, {"parts", "[{ kind = 'sphere', radius = 1 }]"}}},
+        {"part box", {{"kind", "'box'"}, {"size", "[1, 1, 1]"}}},
+        {"part sphere", {{"kind", "'sphere'"}, {"radius", "1"}}},
+        {"lattice",
+         {{"name", "'x'"},
+          {"count", "[1, 1, 1]"},
+          {"spacing", "[1, 1, 1]"},
+          {"body", "{ shape = { kind = 'sphere', radius = 1 } }"}}},
+        {"lattice.body", {{"shape", "{ kind = 'sphere', radius = 1 }"}}},
+        {"funnel",
+         {{"name", "'x'"},
+          {"mouth", "9"},
+          {"mouth_height", "9"},
+          {"throat", "1"},
+          {"throat_height", "1"},
+          {"thickness", "1"}}},
+        {"joint",
+         {{"name", "'x'"},
+          {"kind", "'hinge'"},
+          {"bodies", "['ball']"},
+          {"anchor", "[0, 0, 1]"},
+          {"axis", "[0, 1, 0]"}}},
+        {"camera", {{"name", "'x'"}, {"eye", "[1, 2, 3]"}, {"target", "[0, 0, 0]"}}},
+        {"camera.keys", {{"time", "0"}, {"eye", "[1, 2, 3]"}, {"target", "[0, 0, 0]"}}},
+    };
+    const auto found = tables.find(path);
+    return found == tables.end() ? Entries{} : found->second;
+}
+
+/// What some keys need beside them to have an effect, and what they replace.
+struct Company {
+    Entries with;
+    std::set<std::string> without;
+};
+Company company_of(const std::string& key) {
+    static const std::map<std::string, Company> companies{
+        {"half_extents", {{}, {"size"}}},
+        {"inertia", {{{"mass", "1"}}, {}}},
+        {"centre_of_mass", {{{"mass", "1"}, {"inertia", "[1, 1, 1]"}}, {}}},
+        {"mu_s", {{{"mu_d", "0.1"}}, {}}},
+        {"mu_d", {{{"mu_s", "0.1"}}, {}}},
+        {"keys", {{}, {"eye", "target"}}},
+        {"period", {{{"kind", "'orbit'"}}, {}}},
+    };
+    const auto found = companies.find(key);
+    return found == companies.end() ? Company{} : found->second;
+}
+
+/// A scene with one table of the section, otherwise good, whose `key` has the given value.
+std::string scene_with(const std::string& path, const std::string& key, const std::string& value) {
+    Company company = company_of(key);
+    if (path == "camera" && key == "body") {
+        company.with = {{"kind", "'follow'"}};
+    }
+    Entries entries = smallest_table(path);
+    std::erase_if(entries, [&](const auto& entry) {
+        return entry.first == key || company.without.contains(entry.first);
+    });
+    entries.insert(entries.end(), company.with.begin(), company.with.end());
+    entries.emplace_back(key, value);
+    const bool is_inline = path.starts_with("shape ") || path.starts_with("part ") || path == "camera.keys";
+    std::string table;
+    for (const auto& [name, text] : entries) {
+        table += (is_inline && !table.empty() ? ", " : "") + name + " = " + text + (is_inline ? "" : "\n");
+    }
+    if (path.starts_with("shape ")) {
+        return "[[body]]\nname = 'x'\nstatic = true\nshape = { " + table + " }\n";
+    }
+    if (path.starts_with("part ")) {
+        return "[[body]]\nname = 'x'\nshape = { kind = 'compound', parts = [{ " + table + " }] }\n";
+    }
+    if (path == "camera.keys") {
+        return "[[camera]]\nname = 'x'\nkeys = [{ " + table + " }]\n";
+    }
+    if (path == "lattice.body") {
+        return "[[lattice]]\nname = 'x'\ncount = [1, 1, 1]\nspacing = [1, 1, 1]\n[lattice.body]\n" + table;
+    }
+    const bool is_single = path == "simulation" || path == "output" || path == "light";
+    const std::string header = path.empty() ? "" : is_single ? "[" + path + "]\n" : "[[" + path + "]]\n";
+    return (path == "joint" ? ball : "") + header + table;
+}
+
+} // namespace
+
+// --- what is wrong
+// --------------------------------------------------------------------------------------------
+
+TEST(scene_file, bad_scenes_give_exactly_their_message) {
+    const std::vector<BadScene> cases = read_bad_scenes();
+    ASSERT_GE(cases.size(), 60u);
+    for (const BadScene& bad : cases) {
+        EXPECT_EQ(message_of(bad.text, bad.overrides), bad.message) << bad.what;
+        EXPECT_EQ(bad.message.find('\n'), std::string::npos) << bad.what;
+    }
+}
+
+TEST(scene_file, missing_file_is_an_io_error_with_its_name) {
+    try {
+        load_scene("no_such_scene.toml");
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+        EXPECT_NE(std::string(error.what()).find("no_such_scene.toml"), std::string::npos) << error.what();
+    }
+}
+
+TEST(scene_file, file_that_is_not_utf8_has_a_place) {
+    EXPECT_TRUE(message_of("title = \"\xff\xfe\"\n").starts_with("scene.toml:1:"))
+        << message_of("title = \"\xff\xfe\"\n");
+}
+
+// --- the key table
+// --------------------------------------------------------------------------------------------
+
+TEST(scene_keys, reference_page_is_that_of_the_parser) {
+    const std::string page = scene_key_reference();
+    const std::string file = read_text_file(scene_folder / "README.md");
+    if (page != file) {
+        const std::filesystem::path candidate = std::filesystem::path(TUMBLE_OUT_DIR) / "scene_keys.md";
+        std::filesystem::create_directories(candidate.parent_path());
+        write_file(candidate, page);
+        FAIL() << "scenes/README.md differs from the parser's table; the page it should be is " << candidate;
+    }
+}
+
+TEST(scene_keys, names_are_unique_within_a_table) {
+    for (const SectionSpec& section : scene_sections()) {
+        const std::vector<std::string> names = section.key_names();
+        EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size()) << section.path;
+        for (const KeySpec& key : section.keys) {
+            EXPECT_FALSE(key.meaning.empty()) << section.path << " " << key.name;
+        }
+    }
+}
+
+/// A date is wrong for every key, so every key that is read complains of it.
+TEST(scene_keys, every_key_of_the_reference_is_read) {
+    for (const SectionSpec& section : scene_sections()) {
+        for (const KeySpec& key : section.keys) {
+            const std::string name(key.name);
+            const std::string text = scene_with(std::string(section.path), name, "1979-05-27");
+            const std::string message = message_of(text);
+            EXPECT_NE(message.find(name + " is a date or time, expected " + describe_expected(key)),
+                      std::string::npos)
+                << text << message;
+        }
+    }
+}
+
+TEST(scene_keys, given_defaults_are_accepted) {
+    for (const SectionSpec& section : scene_sections()) {
+        for (const KeySpec& key : section.keys) {
+            if (!key.default_text.empty() && key.default_text != required_key) {
+                const std::string name(key.name);
+                EXPECT_EQ(
+                    message_of(scene_with(std::string(section.path), name, std::string(key.default_text))),
+                    "")
+                    << section.path << " " << name;
+            }
+        }
+    }
+}
+
+TEST(scene_file, defaults_are_those_of_the_structs) {
+    const SceneDef scene = parse_scene("", "empty.toml");
+    const StepSettings step;
+    EXPECT_EQ(scene.name, "empty");
+    EXPECT_EQ(scene.step.time_step, step.time_step);
+    EXPECT_EQ(scene.step.gravity, step.gravity);
+    EXPECT_EQ(scene.step.tolerance, step.tolerance);
+    EXPECT_EQ(scene.step.joint_tolerance, step.joint_tolerance);
+    EXPECT_EQ(scene.step.velocity_tolerance, step.velocity_tolerance);
+    EXPECT_EQ(scene.step.resting_distance, step.resting_distance);
+    EXPECT_EQ(scene.step.resting_speed_floor, step.resting_speed_floor);
+    EXPECT_EQ(scene.step.iteration_limit, step.iteration_limit);
+    EXPECT_EQ(scene.step.impacts, step.impacts);
+    EXPECT_EQ(scene.step.warm_start, step.warm_start);
+    EXPECT_EQ(scene.step.shock_propagation, step.shock_propagation);
+    EXPECT_EQ(scene.step.shock_propagation_after, step.shock_propagation_after);
+    const OutputDef output;
+    EXPECT_EQ(scene.output.width, output.width);
+    EXPECT_EQ(scene.output.height, output.height);
+    EXPECT_EQ(scene.output.fps, output.fps);
+    EXPECT_EQ(scene.output.duration, output.duration);
+    EXPECT_EQ(scene.output.record_every, output.record_every);
+    const LightDef light;
+    EXPECT_LE((scene.light.to_sun - light.to_sun.normalized()).norm(), 1e-15);
+    EXPECT_EQ(scene.light.sun_color, light.sun_color);
+    EXPECT_EQ(scene.light.sun_intensity, light.sun_intensity);
+    EXPECT_EQ(scene.light.sky_zenith, light.sky_zenith);
+    EXPECT_EQ(scene.light.sky_horizon, light.sky_horizon);
+    EXPECT_EQ(scene.light.sky_intensity, light.sky_intensity);
+    ASSERT_EQ(scene.cameras.size(), 1u);
+    ASSERT_EQ(scene.cameras[0].keys.size(), 1u);
+
+    const SceneDef one = parse_scene(ball, "one.toml");
+    const LookDef look;
+    ASSERT_EQ(one.bodies.size(), 1u);
+    EXPECT_EQ(one.bodies[0].look.color, look.color);
+    EXPECT_EQ(one.bodies[0].look.pattern_color, look.pattern_color);
+    EXPECT_EQ(one.bodies[0].look.pattern, look.pattern);
+    EXPECT_EQ(one.bodies[0].look.roughness, look.roughness);
+    EXPECT_EQ(one.bodies[0].look.metallic, look.metallic);
+    EXPECT_EQ(one.bodies[0].look.visible, look.visible);
+    EXPECT_FALSE(one.bodies[0].material.restitution || one.bodies[0].material.mu_s ||
+                 one.bodies[0].material.mu_d);
+    EXPECT_DOUBLE_EQ(one.bodies[0].mass.mass, 1000.0 * std::numbers::pi / 6);
+}
+
+// --- what is right
+// --------------------------------------------------------------------------------------------
+
+TEST(scene_file, times_are_exact) {
+    const SceneDef scene = parse_scene(
+        "[simulation]\ntime_step = \"1/240\"\n[output]\nfps = \"24000/1001\"\nduration = 0.5\n", "s.toml");
+    EXPECT_EQ(scene.step.time_step, (Rational{1, 240}));
+    EXPECT_EQ(scene.output.fps, (Rational{24000, 1001}));
+    EXPECT_EQ(scene.output.duration, (Rational{1, 2}));
+}
+
+TEST(scene_file, body_frame_has_its_origin_in_the_centre_of_mass) {
+    const SceneDef scene = parse_scene(R"([[body]]
+name = "top"
+shape = { kind = "sphere", radius = 2 }
+mass = 3
+centre_of_mass = [0, 0, -0.5]
+inertia = [1, 2, 2.5, 0.1, 0.2, 0.3]
+position = [10, 20, 30]
+euler_degrees = [90, 0, 0]
+velocity = [1, 2, 3]
+angular_velocity = [4, 5, 6]
+lathe = [[0, -2], [2, 0], [0, 2]]
+)",
+                                       "s.toml");
+    const BodyDef& body = scene.bodies.at(0);
+    EXPECT_EQ(body.mass.centre_of_mass, Vec3::Zero());
+    EXPECT_EQ(body.mass.mass, 3.0);
+    EXPECT_EQ(body.mass.inertia(1, 1), 2.0);
+    EXPECT_EQ(body.mass.inertia(0, 1), 0.1);
+    EXPECT_EQ(body.mass.inertia(2, 0), 0.2);
+    EXPECT_EQ(body.mass.inertia(1, 2), 0.3);
+    // Turned by 90 degrees about x, -z of the body is +y of the world.
+    EXPECT_LE((body.pose.position - Vec3(10, 20.5, 30)).norm(), 1e-14);
+    EXPECT_EQ(body.velocity, Vec3(1, 2, 3));
+    EXPECT_EQ(body.angular_velocity, Vec3(4, 5, 6));
+    // The sphere is where it was.
+    const Compound& compound = std::get<Compound>(body.shape);
+    EXPECT_EQ(compound.parts.at(0).body_from_part.position, Vec3(0, 0, 0.5));
+    EXPECT_LE((body.pose * Vec3(0, 0, 0.5) - Vec3(10, 20, 30)).norm(), 1e-14);
+    EXPECT_EQ(body.look.lathe.at(0), Eigen::Vector2d(0, -1.5));
+    EXPECT_EQ(body.look.lathe.at(2), Eigen::Vector2d(0, 2.5));
+}
+
+TEST(scene_file, orientations_agree_in_all_three_ways) {
+    const auto orientation = [](const std::string& line) {
+        return parse_scene(ball + line, "s.toml").bodies.at(0).pose.orientation;
+    };
+    const double c = std::cos(std::numbers::pi / 12);
+    const double s = std::sin(std::numbers::pi / 12);
+    const Quat expected(c, 0, s, 0);
+    EXPECT_LE(orientation("euler_degrees = [0, 30, 0]\n").angularDistance(expected), 1e-15);
+    EXPECT_LE(orientation("axis_angle_degrees = [0, 5, 0, 30]\n").angularDistance(expected), 1e-15);
+    // Six digits are mended to unit length.
+    const Quat rounded = orientation("orientation = [0.965926, 0, 0.258819, 0]\n");
+    EXPECT_LE(rounded.angularDistance(expected), 1e-5);
+    EXPECT_NEAR(rounded.norm(), 1.0, 1e-15);
+    // x first, then y: the body's z axis goes to -y and stays there.
+    const Quat both = orientation("euler_degrees = [90, 90, 0]\n");
+    EXPECT_LE((both * Vec3::UnitZ() - Vec3(0, -1, 0)).norm(), 1e-15);
+    EXPECT_LE((both * Vec3::UnitY() - Vec3(1, 0, 0)).norm(), 1e-15);
+}
+
+TEST(scene_file, mass_and_density_give_the_same_homogeneous_body) {
+    const SceneDef by_density = parse_scene(ball + "density = 6\n", "s.toml");
+    const SceneDef by_mass = parse_scene(ball + "mass = 3.14159265358979312\n", "s.toml");
+    EXPECT_NEAR(by_density.bodies[0].mass.mass, std::numbers::pi, 1e-14);
+    EXPECT_NEAR(by_mass.bodies[0].mass.mass, std::numbers::pi, 1e-14);
+    EXPECT_LE((by_density.bodies[0].mass.inertia - by_mass.bodies[0].mass.inertia).norm(), 1e-14);
+    EXPECT_TRUE(std::holds_alternative<Sphere>(by_mass.bodies[0].shape));
+}
+
+TEST(scene_file, srgb_texts_become_linear_light) {
+    const SceneDef scene = parse_scene(ball + "color = \"#ff8000\"\n", "s.toml");
+    EXPECT_EQ(scene.bodies[0].look.color.x(), 1.0);
+    EXPECT_NEAR(scene.bodies[0].look.color.y(), 0.2158605, 1e-7); // IEC 61966-2-1 of 128 / 255
+    EXPECT_EQ(scene.bodies[0].look.color.z(), 0.0);
+}
+
+TEST(scene_file, overrides_reach_every_kind_of_place) {
+    const std::string text = ball + "velocity = [1, 2, 3]\n";
+    const std::vector<std::string> overrides{"simulation.tolerance=1e-6",  "simulation.impacts=stop",
+                                             "simulation.time_step=1/500", "body.ball.velocity.1 = -7",
+                                             "body.0.shape.radius=0.25",   "body.ball.color=#ffffff",
+                                             "body.'ball'.friction=0.3",   "light.sun_intensity=2",
+                                             "title=\"with spaces\"",      "simulation.tolerance=1e-7"};
+    const SceneDef scene = parse_scene(text, "s.toml", overrides);
+    EXPECT_EQ(scene.step.tolerance, 1e-7);
+    EXPECT_EQ(scene.step.impacts, ImpactHandling::stop);
+    EXPECT_EQ(scene.step.time_step, (Rational{1, 500}));
+    EXPECT_EQ(scene.bodies[0].velocity, Vec3(1, -7, 3));
+    EXPECT_EQ(std::get<Sphere>(scene.bodies[0].shape).radius, 0.25);
+    EXPECT_EQ(scene.bodies[0].look.color, Vec3(1, 1, 1));
+    EXPECT_EQ(scene.bodies[0].material.mu_d, 0.3);
+    EXPECT_EQ(scene.light.sun_intensity, 2.0);
+    EXPECT_EQ(scene.title, "with spaces");
+    EXPECT_EQ(scene.text, text);
+    EXPECT_EQ(scene.overrides, overrides);
+}
+
+TEST(scene_file, joints_to_the_world_have_no_second_body) {
+    const SceneDef scene = parse_scene(ball + R"(
+[[joint]]
+name = "one"
+kind = "ball"
+bodies = ["ball"]
+anchor = [0, 0, 1]
+[[joint]]
+name = "two"
+kind = "hinge"
+bodies = ["world", "ball"]
+anchor = [0, 0, 1]
+axis = [0, 2, 0]
+)",
+                                       "s.toml");
+    ASSERT_EQ(scene.joints.size(), 2u);
+    for (const JointDef& joint : scene.joints) {
+        EXPECT_EQ(joint.body_a, 0);
+        EXPECT_EQ(joint.body_b, -1);
+    }
+    EXPECT_EQ(scene.joints[1].axis, Vec3(0, 1, 0));
+}
+
+TEST(scene_file, names_may_have_spaces_and_any_letters) {
+    const SceneDef scene =
+        parse_scene("[[body]]\nname = \"Bällchen nr. 1 ☃\"\nshape = { kind = \"plane\" }\nstatic = true\n",
+                    "scenes/ein film.toml");
+    EXPECT_EQ(scene.bodies[0].name, "Bällchen nr. 1 ☃");
+    EXPECT_EQ(scene.name, "ein film");
+}
+
+TEST(scene_file, scene_without_a_camera_has_all_bodies_in_view) {
+    const SceneDef scene = parse_scene(ball + "position = [100, 0, 7]\n", "s.toml");
+    ASSERT_EQ(scene.cameras.size(), 1u);
+    const CameraKey& key = scene.cameras[0].keys.at(0);
+    EXPECT_LE((key.target - Vec3(100, 0, 7)).norm(), 1e-12);
+    // The ball's radius is 0.5; the camera opens by 40 degrees.
+    const double distance = (key.eye - key.target).norm();
+    EXPECT_GT(std::sin(20 * std::numbers::pi / 180) * distance, 0.5);
+    EXPECT_LT(distance, 5.0);
+}
