@@ -1,0 +1,279 @@
+#include "sim/box_box.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace sim {
+namespace {
+
+/// Edge directions whose cross product is shorter than this [-] count as parallel: a face axis then says the
+/// same.
+constexpr double parallel_edges = 1e-6;
+
+/// A pair of edges wins over a face only by more than this share [-] of the boxes' size: nearly parallel
+/// faces keep their face manifold from step to step.
+constexpr double edge_preference = 1e-7;
+
+/// Share [-] of a face's half width by which a corner may stick out and still count as inside the face.
+constexpr double aligned = 1e-6;
+
+/// The frames of two boxes relative to each other.
+struct Frames {
+    Mat3 axes_a; ///< columns: axes of a in the world
+    Mat3 axes_b;
+    Vec3 half_a;
+    Vec3 half_b;
+    Vec3 b_to_a;   ///< centre of a minus centre of b
+    Mat3 rotation; ///< axes_a^T axes_b
+    Mat3 absolute; ///< |rotation|
+
+    Frames(const PlacedBox& a, const PlacedBox& b)
+        : axes_a(a.world_from_box.orientation.toRotationMatrix()),
+          axes_b(b.world_from_box.orientation.toRotationMatrix()), half_a(a.box.half_extents),
+          half_b(b.box.half_extents), b_to_a(a.world_from_box.position - b.world_from_box.position),
+          rotation(axes_a.transpose() * axes_b), absolute(rotation.cwiseAbs()) {}
+};
+
+/// The axis with the largest separation among its kind.
+struct BestAxis {
+    double separation = -std::numeric_limits<double>::infinity(); ///< [m]
+    int index = -1;    ///< face: axis 0..2; edges: 3 * axis of a + axis of b
+    double side = 1.0; ///< +1: n is along the axis, -1: against it
+};
+
+/// Separation along the three face axes of a (n from b to a is -axis for a face of a whose outward side is
+/// +).
+BestAxis best_face(const Vec3& centre_offset, const Vec3& own_half, const Vec3& other_reach) {
+    BestAxis best;
+    for (int i = 0; i < 3; ++i) {
+        const double s = std::abs(centre_offset[i]) - own_half[i] - other_reach[i];
+        if (s > best.separation) {
+            best = {s, i, centre_offset[i] >= 0.0 ? 1.0 : -1.0};
+        }
+    }
+    return best;
+}
+
+/// Separation along the nine cross products of edges.
+BestAxis best_edges(const Frames& f) {
+    BestAxis best;
+    const Vec3 t = f.axes_a.transpose() * f.b_to_a; // in the frame of a
+    for (int i = 0; i < 3; ++i) {
+        const int i1 = (i + 1) % 3;
+        const int i2 = (i + 2) % 3;
+        for (int j = 0; j < 3; ++j) {
+            const int j1 = (j + 1) % 3;
+            const int j2 = (j + 2) % 3;
+            const double sine_squared = 1.0 - f.rotation(i, j) * f.rotation(i, j);
+            if (sine_squared < parallel_edges * parallel_edges) {
+                continue;
+            }
+            // axis = e_i x R e_j, in the frame of a: components -R(i2,j) at i1 and R(i1,j) at i2.
+            const double offset = t[i2] * f.rotation(i1, j) - t[i1] * f.rotation(i2, j);
+            const double reach = f.half_a[i1] * f.absolute(i2, j) + f.half_a[i2] * f.absolute(i1, j) +
+                                 f.half_b[j1] * f.absolute(i, j2) + f.half_b[j2] * f.absolute(i, j1);
+            const double s = (std::abs(offset) - reach) / std::sqrt(sine_squared);
+            if (s > best.separation) {
+                best = {s, 3 * i + j, offset >= 0.0 ? 1.0 : -1.0};
+            }
+        }
+    }
+    return best;
+}
+
+BestAxis best_face_of_a(const Frames& f) {
+    return best_face(f.axes_a.transpose() * f.b_to_a, f.half_a, f.absolute * f.half_b);
+}
+
+BestAxis best_face_of_b(const Frames& f) {
+    return best_face(f.axes_b.transpose() * f.b_to_a, f.half_b, f.absolute.transpose() * f.half_a);
+}
+
+/// A corner of the incident face while it is clipped. Edges 0..3 are the incident face's, 4..7 the clipping
+/// planes.
+struct ClipPoint {
+    Vec3 x;           ///< in the frame of the reference box [m]
+    int edge_in = 0;  ///< edge that ends here
+    int edge_out = 0; ///< edge that starts here
+};
+
+/// Up to eight points of a clipped quadrilateral, without allocation.
+struct Polygon {
+    std::array<ClipPoint, 16> points;
+    int size = 0;
+
+    void add(const ClipPoint& p) { points[static_cast<std::size_t>(size++)] = p; }
+};
+
+/// Keeps the part with side * x[axis] <= limit; new corners are marked with the clipping plane. Corners that
+/// lie on the plane to within `aligned` count as inside, so that boxes exactly on top of each other keep
+/// their features.
+Polygon clipped(const Polygon& in, int axis, double side, double half, int plane) {
+    const double limit = half * (1.0 + aligned);
+    Polygon out;
+    for (int i = 0; i < in.size; ++i) {
+        const ClipPoint& p = in.points[static_cast<std::size_t>(i)];
+        const ClipPoint& q = in.points[static_cast<std::size_t>((i + 1) % in.size)];
+        const double dp = side * p.x[axis] - limit;
+        const double dq = side * q.x[axis] - limit;
+        if (dp <= 0.0) {
+            out.add(p);
+        }
+        if ((dp < 0.0 && dq > 0.0) || (dp > 0.0 && dq < 0.0)) {
+            ClipPoint cut;
+            cut.x = p.x + (q.x - p.x) * (dp / (dp - dq));
+            cut.edge_in = dp < 0.0 ? p.edge_out : plane;
+            cut.edge_out = dp < 0.0 ? plane : p.edge_out;
+            out.add(cut);
+        }
+    }
+    return out;
+}
+
+/// The face of `incident` that is most opposed to `normal`, in the frame of `reference`.
+Polygon incident_face(const PlacedBox& incident, const Pose& reference_from_incident, const Vec3& normal,
+                      int& face_index) {
+    const Vec3 n = reference_from_incident.orientation.conjugate() * normal; // frame of incident
+    int axis = 0;
+    n.cwiseAbs().maxCoeff(&axis);
+    const double side = n[axis] > 0.0 ? -1.0 : 1.0;
+    face_index = 2 * axis + (side > 0.0 ? 0 : 1);
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    constexpr std::array<std::array<double, 2>, 4> corners{{{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
+    Polygon face;
+    for (int i = 0; i < 4; ++i) {
+        Vec3 corner;
+        corner[axis] = side * incident.box.half_extents[axis];
+        corner[u] = corners[static_cast<std::size_t>(i)][0] * incident.box.half_extents[u];
+        corner[v] = corners[static_cast<std::size_t>(i)][1] * incident.box.half_extents[v];
+        face.add({reference_from_incident * corner, (i + 3) % 4, i});
+    }
+    return face;
+}
+
+/// The manifold of one reference face against the other box. `reference_is_a` tells whose face it is.
+void face_contacts(const PlacedBox& reference, const PlacedBox& incident, bool reference_is_a,
+                   const BestAxis& axis, double margin, std::uint64_t id_base,
+                   std::vector<Contact>& contacts) {
+    // Outward normal of the reference face: towards the incident box.
+    const double outward = reference_is_a ? -axis.side : axis.side;
+    Vec3 normal = Vec3::Zero();
+    normal[axis.index] = outward;
+    const Quat reference_from_world = reference.world_from_box.orientation.conjugate();
+    const Pose reference_from_incident{
+        reference_from_world * (incident.world_from_box.position - reference.world_from_box.position),
+        reference_from_world * incident.world_from_box.orientation};
+    int incident_index = 0;
+    Polygon polygon = incident_face(incident, reference_from_incident, normal, incident_index);
+    const int u = (axis.index + 1) % 3;
+    const int v = (axis.index + 2) % 3;
+    const Vec3& half = reference.box.half_extents;
+    polygon = clipped(polygon, u, 1.0, half[u], 4);
+    polygon = clipped(polygon, u, -1.0, half[u], 5);
+    polygon = clipped(polygon, v, 1.0, half[v], 6);
+    polygon = clipped(polygon, v, -1.0, half[v], 7);
+
+    const std::uint64_t face_id = static_cast<std::uint64_t>(2 * axis.index + (outward > 0.0 ? 0 : 1)) * 6 +
+                                  static_cast<std::uint64_t>(incident_index) + (reference_is_a ? 0u : 36u);
+    const Quat incident_from_reference = reference_from_incident.orientation.conjugate();
+    for (int i = 0; i < polygon.size; ++i) {
+        const ClipPoint& p = polygon.points[static_cast<std::size_t>(i)];
+        const double gap = outward * p.x[axis.index] - half[axis.index];
+        if (gap > margin) {
+            continue;
+        }
+        Vec3 on_face = p.x;
+        on_face[axis.index] = outward * half[axis.index];
+        const Vec3 on_incident = incident_from_reference * (p.x - reference_from_incident.position);
+        Contact contact;
+        ContactFeature& feature = contact.feature;
+        feature.id = id_base + face_id * 64 + static_cast<std::uint64_t>(p.edge_in * 8 + p.edge_out);
+        feature.kind = reference_is_a ? FeatureKind::face_a : FeatureKind::face_b;
+        const Vec3 core_reference = reference.body_from_box * on_face;
+        const Vec3 core_incident = incident.body_from_box * on_incident;
+        feature.core_a = reference_is_a ? core_reference : core_incident;
+        feature.core_b = reference_is_a ? core_incident : core_reference;
+        (reference_is_a ? feature.direction_a : feature.direction_b) =
+            reference.body_from_box.orientation * normal;
+        const Vec3 world_normal = reference.world_from_box.orientation * normal;
+        const Vec3 world_face = reference.world_from_box * on_face;
+        const Vec3 world_incident = world_face + gap * world_normal;
+        contact.at.gap = gap;
+        contact.at.n = reference_is_a ? Vec3(-world_normal) : world_normal;
+        contact.at.a = reference_is_a ? world_face : world_incident;
+        contact.at.b = reference_is_a ? world_incident : world_face;
+        contacts.push_back(contact);
+    }
+}
+
+/// The one contact of two crossing edges.
+void edge_contact(const PlacedBox& a, const PlacedBox& b, const Frames& f, const BestAxis& axis,
+                  std::uint64_t id_base, std::vector<Contact>& contacts) {
+    const int i = axis.index / 3;
+    const int j = axis.index % 3;
+    Vec3 n = f.axes_a.col(i).cross(f.axes_b.col(j)).normalized() * axis.side;
+    // The edge of a that lies farthest against n, and the edge of b farthest along it.
+    Vec3 middle_a = Vec3::Zero();
+    Vec3 middle_b = Vec3::Zero();
+    std::uint64_t signs = 0;
+    for (int k = 0; k < 3; ++k) {
+        if (k != i) {
+            const bool positive = f.axes_a.col(k).dot(n) < 0.0;
+            middle_a[k] = positive ? f.half_a[k] : -f.half_a[k];
+            signs |= static_cast<std::uint64_t>(positive) << k;
+        }
+        if (k != j) {
+            const bool positive = f.axes_b.col(k).dot(n) > 0.0;
+            middle_b[k] = positive ? f.half_b[k] : -f.half_b[k];
+            signs |= static_cast<std::uint64_t>(positive) << (3 + k);
+        }
+    }
+    Contact contact;
+    ContactFeature& feature = contact.feature;
+    feature.kind = FeatureKind::edges;
+    feature.side = axis.side;
+    feature.id = id_base + 72 * 64 + static_cast<std::uint64_t>(axis.index) * 64 + signs;
+    feature.core_a = a.body_from_box * middle_a;
+    feature.core_b = b.body_from_box * middle_b;
+    feature.direction_a = a.body_from_box.orientation * Vec3::Unit(i);
+    feature.direction_b = b.body_from_box.orientation * Vec3::Unit(j);
+    contact.at = contact_geometry(feature, a.world_from_body, b.world_from_body);
+    contacts.push_back(contact);
+}
+
+} // namespace
+
+double box_box_separation(const PlacedBox& a, const PlacedBox& b) {
+    const Frames f(a, b);
+    return std::max({best_face_of_a(f).separation, best_face_of_b(f).separation, best_edges(f).separation});
+}
+
+void box_box_contacts(const PlacedBox& a, const PlacedBox& b, double margin, std::uint64_t id_base,
+                      std::vector<Contact>& contacts) {
+    const Frames f(a, b);
+    const BestAxis face_a = best_face_of_a(f);
+    if (face_a.separation > margin) {
+        return;
+    }
+    const BestAxis face_b = best_face_of_b(f);
+    if (face_b.separation > margin) {
+        return;
+    }
+    const BestAxis edges = best_edges(f);
+    if (edges.separation > margin) {
+        return;
+    }
+    const double slack = edge_preference * std::max(f.half_a.maxCoeff(), f.half_b.maxCoeff());
+    if (edges.separation > std::max(face_a.separation, face_b.separation) + slack) {
+        edge_contact(a, b, f, edges, id_base, contacts);
+    } else if (face_a.separation + slack >= face_b.separation) {
+        face_contacts(a, b, true, face_a, margin, id_base, contacts);
+    } else {
+        face_contacts(b, a, false, face_b, margin, id_base, contacts);
+    }
+}
+
+} // namespace sim

@@ -1,0 +1,64 @@
+#pragma once
+/// Contacts of a pair of bodies. Here the direction of the normal and the sign of the gap are defined:
+/// **n points from b to a; gap > 0 apart, penetration = -gap.**
+#include "sim/body.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace sim {
+
+/// What the gap of a contact is measured between. Core: a point, or the centre of a ball, fixed to its body.
+enum class FeatureKind : std::uint8_t {
+    face_a, ///< core of b against a face of a; direction_a is that face's outward normal
+    face_b, ///< core of a against a face of b; direction_b is that face's outward normal
+    cores,  ///< core against core (ball and ball, ball and corner)
+    line_a, ///< core of b against an edge of a with direction_a
+    line_b, ///< core of a against an edge of b with direction_b
+    edges,  ///< edge of a (direction_a) against edge of b (direction_b)
+};
+
+/// The features that touch, in body frames: from them gap, normal and points follow at any pose.
+struct ContactFeature {
+    std::uint64_t id = 0; ///< of the features within their pair; the same from step to step
+    FeatureKind kind = FeatureKind::cores;
+    double radius_a = 0.0;           ///< [m] ball radius around the core of a
+    double radius_b = 0.0;           ///< [m]
+    Vec3 core_a = Vec3::Zero();      ///< [m] body frame of a
+    Vec3 core_b = Vec3::Zero();      ///< [m] body frame of b
+    Vec3 direction_a = Vec3::Zero(); ///< unit, body frame of a
+    Vec3 direction_b = Vec3::Zero(); ///< unit, body frame of b
+    double side = 1.0;               ///< edges: n = side * (edge_a x edge_b) / |..|
+};
+
+/// Gap, normal and contact points of a feature at given poses.
+struct ContactGeometry {
+    double gap = 0.0;       ///< [m]
+    Vec3 n = Vec3::UnitZ(); ///< unit, from b to a
+    Vec3 a = Vec3::Zero();  ///< contact point on a [m]
+    Vec3 b = Vec3::Zero();  ///< contact point on b [m]; a - b = gap n
+};
+
+/// A contact: its features and their geometry at the poses the narrow phase was given.
+struct Contact {
+    ContactFeature feature;
+    ContactGeometry at;
+};
+
+/// All contacts of one pair of bodies, a < b.
+struct Manifold {
+    int body_a = -1;
+    int body_b = -1;
+    std::vector<Contact> contacts;
+};
+
+/// Geometry of a feature at the poses of its bodies. The gap is what the *geometry* says there (method, sec.
+/// 5): a ball turns without changing it.
+ContactGeometry contact_geometry(const ContactFeature& feature, const Pose& a, const Pose& b);
+
+/// True where the surface is curved: a point fixed to the body leaves it within a step.
+inline bool is_curved(const ContactFeature& feature) {
+    return feature.radius_a > 0.0 || feature.radius_b > 0.0;
+}
+
+} // namespace sim
