@@ -23,7 +23,7 @@ struct StepSettings {
     Vec3 gravity{0, 0, -9.81};                 ///< g [m/s^2]
     double tolerance = 1e-4;                   ///< [m] largest gap error of a resting contact and largest overlap
     double joint_tolerance = 1e-10;            ///< [m] largest gap of a joint
-    double velocity_tolerance = 1e-4;          ///< [m/s] residual of an impact
+    double velocity_tolerance = 1e-7;          ///< [m/s] the iteration ends when no contact changes by more
     double resting_distance = 1e-4;            ///< eps_c [m]: an approach slower than sqrt(2 g eps_c) rests
     double resting_speed_floor = 1e-6;         ///< [m/s] least value of that threshold (zero gravity)
     int iteration_limit = 2000;                ///< sweeps of one solve

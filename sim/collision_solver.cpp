@@ -1,0 +1,159 @@
+#include "sim/collision_solver.h"
+
+#include "sim/time_of_impact.h"
+
+#include <cmath>
+
+namespace sim {
+namespace {
+
+/// Passes after which restitution is dropped, and after which the rest is left to the resting contacts: a row
+/// of n equal balls needs n passes, a heap with e < 1 a few dozen.
+constexpr int elastic_pass_limit = 200;
+constexpr int pass_limit = 400;
+
+/// Kinetic energy a pass may add to rounding, as a share [-] of the energy before it.
+constexpr double energy_rounding = 1e-13;
+
+double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity,
+                      std::span<const char> included) {
+    double energy = 0.0;
+    for (std::size_t i = 0; i < included.size(); ++i) {
+        if (included[i] != 0 && !bodies.props[i].is_static()) {
+            const Vec3 momentum =
+                angular_momentum(bodies.props[i], bodies.pose[i].orientation, velocity[i].w);
+            energy += 0.5 * (velocity[i].v.squaredNorm() / bodies.props[i].inverse_mass +
+                             velocity[i].w.dot(momentum));
+        }
+    }
+    return energy;
+}
+
+/// from + s (to - from), body by body.
+void blend(std::span<const Velocity> from, std::span<const Velocity> to, double s,
+           std::span<Velocity> result) {
+    for (std::size_t i = 0; i < result.size(); ++i) {
+        result[i] = {from[i].v + s * (to[i].v - from[i].v), from[i].w + s * (to[i].w - from[i].w)};
+    }
+}
+
+} // namespace
+
+/// Rows of this pass. Returns false if no contact is a collision.
+bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts> pairs,
+                              const StepSettings& settings, std::span<const Velocity> velocity, int pass) {
+    const double threshold = resting_threshold(settings);
+    rows_.clear();
+    energy_owed_ = 0.0;
+    for (const PairContacts& pair : pairs) {
+        const int a = pair.manifold.body_a;
+        const int b = pair.manifold.body_b;
+        const auto ia = static_cast<std::size_t>(a);
+        const auto ib = static_cast<std::size_t>(b);
+        for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
+            const ContactGeometry& at = pair.manifold.contacts[i].at;
+            if (at.gap > touch_gap(settings)) {
+                continue;
+            }
+            const Vec3 u_rel = velocity[ia].at(at.a - bodies.pose[ia].position) -
+                               velocity[ib].at(at.b - bodies.pose[ib].position);
+            double approach = -u_rel.dot(at.n);
+            if (pass == 0) {
+                approach = std::max(approach, pair.memory[i].approach_speed);
+            }
+            if (approach <= threshold) {
+                continue;
+            }
+            ContactRow row = make_row(bodies, a, b, at, pair.material);
+            if (pass == 0) {
+                energy_owed_ += pair.memory[i].energy_taken;
+            }
+            row.u_n_target = pass < elastic_pass_limit ? pair.material.restitution * approach : 0.0;
+            row.u_t_before = row.has_friction() ? tangential_velocity(row, velocity) : Vec2(Vec2::Zero());
+            rows_.push_back(row);
+        }
+    }
+    return !rows_.empty();
+}
+
+int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {
+    int count = 0;
+    for (converged = false; count < settings.iteration_limit && !converged; ++count) {
+        const double missing = joints_.solve(velocity);
+        converged = sweep(rows_, velocity) <= settings.velocity_tolerance &&
+                    (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
+    }
+    joints_.solve(velocity);
+    return count;
+}
+
+/// If the pass added energy, goes back along the line to its plastic solution as far as needed. The kinetic
+/// energy is a quadratic on that line and the plastic end has lost energy, so the crossing is unique;
+/// friction stays inside its cone, which is convex. Returns the energy taken away [J].
+double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velocity>& before,
+                                    std::vector<Velocity>& velocity, const StepSettings& settings) {
+    std::vector<char> included(velocity.size(), 0);
+    for (const ContactRow& row : rows_) {
+        included[static_cast<std::size_t>(row.a)] = included[static_cast<std::size_t>(row.b)] = 1;
+    }
+    if (!joints_.empty()) {
+        included.assign(included.size(), 1);
+    }
+    const double start = kinetic_energy(bodies, before, included) + energy_owed_;
+    const double elastic = kinetic_energy(bodies, velocity, included);
+    if (elastic <= start * (1.0 + energy_rounding)) {
+        return 0.0;
+    }
+    for (ContactRow& row : rows_) {
+        row.u_n_target = 0.0;
+        row.p_n = 0.0;
+        row.p_t.setZero();
+    }
+    std::vector<Velocity> plastic = before;
+    bool converged = true;
+    iterate(plastic, settings, converged);
+    std::vector<Velocity> middle(velocity.size());
+    blend(plastic, velocity, 0.5, middle);
+    const double e0 = kinetic_energy(bodies, plastic, included);
+    const double e_half = kinetic_energy(bodies, middle, included);
+    const double curvature = 2.0 * (elastic + e0 - 2.0 * e_half);
+    const double slope = elastic - e0 - curvature;
+    const double missing = start - e0;
+    double s = 0.0;
+    if (missing > 0.0) {
+        const double root = std::sqrt(std::max(slope * slope + 4.0 * curvature * missing, 0.0));
+        s = slope + root > 0.0 ? std::clamp(2.0 * missing / (slope + root), 0.0, 1.0) : 0.0;
+    }
+    blend(plastic, std::vector<Velocity>(velocity), s, velocity);
+    return elastic - start;
+}
+
+CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
+                                         std::span<const Joint> joints, const StepSettings& settings,
+                                         std::vector<Velocity>& velocity, std::vector<char>& touched) {
+    CollisionReport report;
+    touched.assign(velocity.size(), 0);
+    while (report.passes < pass_limit && collect(bodies, pairs, settings, velocity, report.passes)) {
+        if (report.passes == 0) {
+            joints_.prepare(bodies, joints);
+            joints_.target_rest();
+            for (const Joint& joint : joints) {
+                touched[static_cast<std::size_t>(joint.a)] = touched[static_cast<std::size_t>(joint.b)] = 1;
+            }
+        }
+        joints_.solve(velocity);
+        const std::vector<Velocity> before = velocity;
+        bool converged = true;
+        report.iterations += iterate(velocity, settings, converged);
+        report.energy_removed += keep_energy(bodies, before, velocity, settings);
+        report.converged = report.converged && converged;
+        report.collisions += static_cast<int>(rows_.size());
+        ++report.passes;
+        for (const ContactRow& row : rows_) {
+            touched[static_cast<std::size_t>(row.a)] = touched[static_cast<std::size_t>(row.b)] = 1;
+        }
+    }
+    return report;
+}
+
+} // namespace sim

@@ -1,0 +1,42 @@
+#pragma once
+/// Collisions at velocity level (Bender & Schmitt 2006, sec. 3.1): velocities change, no time passes.
+#include "sim/contact_solver.h"
+
+namespace sim {
+
+struct CollisionReport {
+    int collisions = 0; ///< contacts resolved, over all passes
+    int passes = 0;
+    int iterations = 0;          ///< sweeps
+    double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
+    bool converged = true;
+};
+
+/// Resolves collisions in passes: a pass contains only the contacts that are collisions when it starts, and
+/// passes repeat until none is one.
+///
+/// A contact is a collision if it touches (gap <= tolerance) and approaches faster than the resting
+/// threshold, or if, placed ahead of its impact, it took away such an approach in the last step. With
+/// Newton's law and friction an oblique impact may gain energy; such a pass is taken back towards the plastic
+/// impact (e = 0) until it does not.
+class CollisionSolver {
+public:
+    /// velocity: those of the instant [body_count]; changed in place. touched [body_count] is set to 1 for
+    /// each body whose velocity may have changed.
+    CollisionReport resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
+                            std::span<const Joint> joints, const StepSettings& settings,
+                            std::vector<Velocity>& velocity, std::vector<char>& touched);
+
+private:
+    bool collect(const Bodies& bodies, std::span<const PairContacts> pairs, const StepSettings& settings,
+                 std::span<const Velocity> velocity, int pass);
+    int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
+    double keep_energy(const Bodies& bodies, const std::vector<Velocity>& before,
+                       std::vector<Velocity>& velocity, const StepSettings& settings);
+
+    std::vector<ContactRow> rows_;
+    double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
+    JointSolver joints_;
+};
+
+} // namespace sim

@@ -1,0 +1,103 @@
+#pragma once
+/// Resting contacts at position level (Bender & Schmitt 2006, sec. 3.2): impulses at t0 such that the
+/// predicted gaps at t0 + h are closed, and the contacts of this step that a later step starts from.
+#include "sim/contact_rows.h"
+#include "sim/joint.h"
+#include "sim/scene_def.h"
+
+namespace sim {
+
+/// What a contact hands to the next step.
+struct ContactMemory {
+    std::uint64_t id = 0;
+    Vec3 core_a = Vec3::Zero(); ///< body frame of a [m]: finds the contact again where its id changed
+    double p_n = 0.0;           ///< [N s]
+    Vec3 p_t = Vec3::Zero();    ///< [N s], world
+    double interval = 0.0;      ///< time those impulses stood for [s]
+    bool is_sticking = false;
+    Vec3 slip = Vec3::Zero();    ///< d_t left over while sticking [m], world (method, sec. 5, "Creep")
+    Vec3 sliding = Vec3::Zero(); ///< mean sliding velocity of the step [m/s], world
+    double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
+    double energy_taken = 0.0;   ///< [J] taken away with it
+};
+
+/// Contacts of a pair as a step begins, matched with what the last step remembered of them.
+struct PairContacts {
+    Manifold manifold;
+    std::vector<ContactMemory> memory; ///< [manifold.contacts]
+    PairMaterial material;
+};
+
+/// Takes over, contact by contact, what `old` remembered: by feature id, else the nearest core within `reach`
+/// [m].
+void match_memory(const std::vector<ContactMemory>& old, PairContacts& pair, double reach);
+
+/// A resting contact in the solve.
+struct RestingContact {
+    int pair = -1;               ///< index into the pairs
+    int index = -1;              ///< index into the pair's contacts
+    double gap_target = 0.0;     ///< [m] at t0 + h
+    Vec3 point_a = Vec3::Zero(); ///< material points whose distance is d: body frames [m]
+    Vec3 point_b = Vec3::Zero();
+    bool is_ahead = false;       ///< placed before its impact
+    bool is_persistent = false;  ///< touched before
+    double approach_speed = 0.0; ///< [m/s] it would touch with, without impulses
+    double u_n_before = 0.0;     ///< [m/s] normal velocity before any impulse
+    double gap = 0.0;            ///< [m] at the predicted poses
+    Vec2 d_t = Vec2::Zero();     ///< [m] tangential displacement over the step, predicted
+};
+
+struct ContactSolveReport {
+    int iterations = 0;
+    double residual = 0.0;       ///< [m] largest gap error at the predicted poses
+    double joint_residual = 0.0; ///< [m]
+    bool converged = true;
+};
+
+/// One solve over an interval. Keeps its arrays between steps.
+class ContactSolver {
+public:
+    /// Rows for all contacts of `pairs` at the poses of `bodies`, warm-started. `bodies.velocity` are those
+    /// at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step;
+    /// node_weight [body_count] is the share of a step's impulses that acts before t0 (Verlet's half: 0 where
+    /// the motion starts or restarts at t0).
+    void prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+                 std::span<const double> node_weight, const StepSettings& settings, double h);
+
+    /// Adds rows for the contacts of pair `pair` from index `first` on (found by the check after the move).
+    void add_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, std::size_t first);
+
+    /// Iterates until the predicted gaps are closed. Fills velocity() and predicted().
+    ContactSolveReport solve(const Bodies& bodies, std::vector<PairContacts>& pairs,
+                             std::span<const Joint> joints);
+
+    /// Writes impulses, marks and leftover slip back to the pairs' memory.
+    void remember(std::vector<PairContacts>& pairs) const;
+
+    std::span<const Velocity> velocity() const { return velocity_; } ///< at t0 after the impulses
+    std::span<const Pose> predicted() const { return predicted_; }   ///< at t0 + h
+    std::span<const Velocity> kick() const { return kick_; }         ///< by contacts that touched and joints
+    int contact_count() const { return static_cast<int>(rows_.size()); }
+
+private:
+    void predict(const Bodies& bodies);
+    double measure(const Bodies& bodies, std::vector<PairContacts>& pairs);
+    bool update_marks(const std::vector<PairContacts>& pairs);
+    int iterate(double tolerance, int budget, bool& converged);
+    void shock_propagation(const Bodies& bodies);
+    void compute_kick(const Bodies& bodies);
+
+    StepSettings settings_;
+    bool stop_at_impacts_ = false;
+    double h_ = 0.0;
+    double step_share_ = 1.0; ///< h_ as a share of a whole step [-]
+    std::vector<ContactRow> rows_;
+    std::vector<RestingContact> contacts_; ///< [rows_]
+    std::vector<double> node_weight_;      ///< [body_count]
+    std::vector<Velocity> velocity_;
+    std::vector<Pose> predicted_;
+    std::vector<Velocity> kick_;
+    JointSolver joints_;
+};
+
+} // namespace sim

@@ -1,0 +1,75 @@
+#pragma once
+/// Ball and hinge joints: their rows, solved exactly together inside the iteration loop of the contacts.
+///
+/// Bender et al. 2005 predict a joint's gap at t0 + h and apply the impulse that closes it, joint by joint.
+/// Here all joints of the scene are one sparse linear system: a chain then needs no iterations, only contacts
+/// do.
+#include "sim/contact_rows.h"
+#include "sim/scene_def.h"
+
+#include <memory>
+
+namespace sim {
+
+/// A joint in body frames.
+struct Joint {
+    JointKind kind = JointKind::ball;
+    int a = -1;
+    int b = -1;
+    Vec3 anchor_a = Vec3::Zero();    ///< [m], body frame of a
+    Vec3 anchor_b = Vec3::Zero();    ///< [m], body frame of b
+    Vec3 axis_a = Vec3::UnitZ();     ///< hinge: unit, body frame of a
+    Vec3 across_b_1 = Vec3::UnitX(); ///< hinge: unit, across the axis, body frame of b
+    Vec3 across_b_2 = Vec3::UnitY();
+};
+
+/// Joint from its definition; `world_body` is the index that stands for the world where body_b is -1.
+Joint make_joint(const JointDef& def, std::span<const Pose> pose, int world_body);
+
+/// All joints of a scene. Costs nothing where there are none.
+class JointSolver {
+public:
+    JointSolver();
+    ~JointSolver();
+    JointSolver(JointSolver&&) noexcept;
+    JointSolver& operator=(JointSolver&&) noexcept;
+
+    /// Sets up the rows at the poses of `bodies` and factors J M^-1 J^T.
+    void prepare(const Bodies& bodies, std::span<const Joint> joints);
+
+    bool empty() const { return rows_.empty(); }
+    int row_count() const { return static_cast<int>(rows_.size()); }
+
+    /// Targets: every joint point at rest relative to its partner (collisions).
+    void target_rest();
+
+    /// Targets: the gaps of the predicted poses, reached with `velocity`, close within h (resting solve).
+    /// Where h is only `share` of a step, that share of the gap at t0 is closed: no velocity grows as the
+    /// interval shrinks. Returns the largest error of a gap [m]; the hinge's angular gap counts with an arm
+    /// of 1 m.
+    double target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
+                         std::span<const Velocity> velocity, double h, double share);
+
+    /// Applies the impulses that bring all rows to their targets at once. Returns the largest velocity change
+    /// of a row [m/s].
+    double solve(std::span<Velocity> velocity);
+
+private:
+    struct Row {
+        int a, b;
+        double inverse_mass_a, inverse_mass_b;
+        Vec3 axis;           ///< zero for an angular row
+        Vec3 arm_a, arm_b;   ///< angular Jacobians
+        Vec3 turn_a, turn_b; ///< J^-1 times them
+        double gap = 0.0;    ///< at t0 [m] or [rad]
+        double target = 0.0; ///< [m/s] or [rad/s]
+    };
+    struct Factor;
+
+    double row_velocity(const Row& row, std::span<const Velocity> velocity) const;
+
+    std::vector<Row> rows_;
+    std::unique_ptr<Factor> factor_;
+};
+
+} // namespace sim

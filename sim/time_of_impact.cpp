@@ -1,0 +1,87 @@
+#include "sim/time_of_impact.h"
+
+#include "sim/contact_solver.h"
+#include "sim/integrate.h"
+
+#include <cmath>
+
+namespace sim {
+namespace {
+
+/// Steps of the root search; each at least halves the bracket, so it ends at rounding level.
+constexpr int root_iterations = 80;
+
+/// Gap at which a stopped impact counts as touching, as a share [-] of the tolerance.
+constexpr double stop_gap_share = 1e-6;
+
+} // namespace
+
+double resting_threshold(const StepSettings& settings) {
+    return std::max(std::sqrt(2.0 * settings.gravity.norm() * settings.resting_distance),
+                    settings.resting_speed_floor);
+}
+
+double touch_gap(const StepSettings& settings) {
+    return settings.impacts == ImpactHandling::stop ? stop_gap_share * settings.tolerance
+                                                    : settings.tolerance;
+}
+
+bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& contact,
+               const StepSettings& settings) {
+    const auto a = static_cast<std::size_t>(manifold.body_a);
+    const auto b = static_cast<std::size_t>(manifold.body_b);
+    const Vec3 u_rel = bodies.velocity[a].at(contact.at.a - bodies.pose[a].position) -
+                       bodies.velocity[b].at(contact.at.b - bodies.pose[b].position);
+    return contact.at.gap > touch_gap(settings) && -u_rel.dot(contact.at.n) > resting_threshold(settings);
+}
+
+std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Velocity> velocity,
+                                     std::span<const PairContacts> pairs, const StepSettings& settings,
+                                     double h) {
+    std::optional<Impact> earliest;
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+        const PairContacts& pair = pairs[p];
+        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+        for (std::size_t c = 0; c < pair.manifold.contacts.size(); ++c) {
+            const Contact& contact = pair.manifold.contacts[c];
+            const auto gap_at = [&](double t) {
+                return contact_geometry(
+                           contact.feature,
+                           free_motion(bodies.props[a], bodies.pose[a], velocity[a], settings.gravity, t),
+                           free_motion(bodies.props[b], bodies.pose[b], velocity[b], settings.gravity, t))
+                    .gap;
+            };
+            if (!is_impact(bodies, pair.manifold, contact, settings)) {
+                continue;
+            }
+            double late = earliest ? earliest->time : h;
+            double gap_late = gap_at(late);
+            if (gap_late >= 0.0) {
+                continue;
+            }
+            // Regula falsi with bisection whenever it does not halve the bracket.
+            double early = 0.0;
+            double gap_early = contact.at.gap;
+            for (int i = 0; i < root_iterations && late - early > 1e-15 * h && gap_early > 0.0; ++i) {
+                const double width = late - early;
+                const double secant = early + width * gap_early / (gap_early - gap_late);
+                for (const double t : {secant, 0.5 * (early + late)}) {
+                    if (t <= early || t >= late) {
+                        continue;
+                    }
+                    const double gap = gap_at(t);
+                    (gap >= 0.0 ? early : late) = t;
+                    (gap >= 0.0 ? gap_early : gap_late) = gap;
+                    if (late - early < 0.5 * width) {
+                        break;
+                    }
+                }
+            }
+            earliest = Impact{early > 0.0 ? early : late, p, c};
+        }
+    }
+    return earliest;
+}
+
+} // namespace sim

@@ -1,0 +1,455 @@
+#include "sim/world.h"
+
+#include "sim/broad_phase.h"
+#include "sim/collision_solver.h"
+#include "sim/error.h"
+#include "sim/integrate.h"
+#include "sim/narrow_phase.h"
+#include "sim/time_of_impact.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace sim {
+namespace {
+
+/// Times the step may be divided by two when its contacts do not converge: down to h / 2^6.
+constexpr int division_limit = 6;
+
+/// Impacts at which one step may be stopped before the rest of it holds contacts ahead (a ball coming to rest
+/// bounces infinitely often).
+constexpr int stop_limit = 200;
+
+/// Corrections of the time of an impact: each gains several digits.
+constexpr int impact_corrections = 6;
+
+/// Rounds of check and repair after the move before the step is divided.
+constexpr int repair_limit = 8;
+
+/// Contacts are looked for this many tolerances beyond what the bodies can approach in the step.
+constexpr double margin_tolerances = 2.0;
+
+/// A contact whose features changed is taken for the one that was within this share [-] of the body's size.
+constexpr double match_reach = 1e-2;
+
+/// Adds the wall time since its construction to one stage.
+class StageClock {
+public:
+    StageClock(StepReport& report, Stage stage) : ms_(report.stage_ms[static_cast<std::size_t>(stage)]) {}
+    ~StageClock() {
+        ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+    }
+    StageClock(const StageClock&) = delete;
+    StageClock& operator=(const StageClock&) = delete;
+
+private:
+    double& ms_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+} // namespace
+
+/// The state at one instant, and the impulses already found that carry it over the next interval.
+///
+/// An instant holds the velocity before its resting impulses, `bodies.velocity`, and after them,
+/// solver.velocity(). The velocity *at* the instant lies between them (Verlet): that is what a snapshot
+/// reports, so positions and velocities are both second order without another solve.
+struct World::Impl {
+    explicit Impl(const SceneDef& scene);
+
+    StepReport step();
+    void move(StepReport& report);
+    void find_contacts(StepReport& report);
+    void resolve_collisions(StepReport& report);
+    void plan(StepReport& report);
+    void plan_until_impact(const Impact& impact, StepReport& report);
+    bool plan_interval(StepReport& report);
+    bool repair();
+    double interval_left() const { return h * (1.0 - progress); }
+    double margin_of(int a, int b) const;
+    std::size_t pair_index(const BodyPair& pair) const;
+    Snapshot take_snapshot() const;
+
+    std::vector<std::string> names;
+    std::size_t reported_count = 0; ///< bodies of the scene; the world itself comes after them
+    StepSettings settings;
+    double h = 0.0;
+    std::int64_t step_index = 0;
+    double progress = 0.0;             ///< [-] 0..1, of the step under way
+    double interval = 0.0;             ///< [s] planned next
+    double verified_penetration = 0.0; ///< [m] at the planned poses
+    int stops = 0;                     ///< in the step under way
+
+    Bodies bodies;
+    std::vector<Joint> joints;
+    std::vector<BodyPair> jointed;     ///< ascending: pairs that do not collide
+    std::vector<double> last_interval; ///< [s] each body moved since its velocity was last exact
+    std::vector<double> node_weight;   ///< see ContactSolver::prepare
+    std::vector<Velocity> half_kick;   ///< what each velocity lacks to be the one at the instant
+    BroadPhase broad_phase;
+    std::vector<Bounds> boxes;
+    std::vector<BodyPair> candidates;
+    std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
+    std::size_t sorted_pairs = 0;    ///< length of the ascending part
+    ContactSolver contact_solver;
+    CollisionSolver collision_solver;
+};
+
+namespace {
+
+std::vector<BodyProps> all_props(const SceneDef& scene) {
+    std::vector<BodyProps> props;
+    for (const BodyDef& body : scene.bodies) {
+        props.push_back(make_body_props(body));
+    }
+    props.emplace_back(); // the world, for joints that hold a body in it; the broad phase does not see it
+    return props;
+}
+
+} // namespace
+
+World::Impl::Impl(const SceneDef& scene)
+    : reported_count(scene.bodies.size()), settings(scene.step),
+      h(scene.step.time_step.value()), bodies{.props = all_props(scene),
+                                              .pose = {},
+                                              .velocity = {},
+                                              .inverse_inertia = {}},
+      broad_phase(std::span(bodies.props).first(reported_count)) {
+    for (const BodyDef& body : scene.bodies) {
+        names.push_back(body.name);
+        bodies.pose.push_back({body.pose.position, body.pose.orientation.normalized()});
+        bodies.velocity.push_back(body.is_static() ? Velocity{}
+                                                   : Velocity{body.velocity, body.angular_velocity});
+    }
+    bodies.pose.emplace_back();
+    bodies.velocity.emplace_back();
+    const std::size_t count = bodies.props.size();
+    bodies.inverse_inertia.assign(count, Mat3::Zero());
+    for (const JointDef& joint : scene.joints) {
+        joints.push_back(make_joint(joint, bodies.pose, static_cast<int>(count) - 1));
+        jointed.push_back(
+            {std::min(joints.back().a, joints.back().b), std::max(joints.back().a, joints.back().b)});
+    }
+    std::ranges::sort(jointed);
+    last_interval.assign(count, 0.0);
+    node_weight.assign(count, 0.0);
+    half_kick.assign(count, {});
+    for (std::size_t i = 0; i < count; ++i) {
+        bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
+    }
+    StepReport report;
+    find_contacts(report);
+    resolve_collisions(report);
+    plan(report);
+}
+
+StepReport World::Impl::step() {
+    StepReport report;
+    stops = 0;
+    progress = 0.0;
+    do {
+        move(report);
+        find_contacts(report);
+        resolve_collisions(report);
+        plan(report);
+    } while (progress < 1.0);
+    return report;
+}
+
+/// Moves all bodies over the planned interval; the impulses for it have been found.
+void World::Impl::move(StepReport& report) {
+    const StageClock clock(report, Stage::integrate);
+    const std::span<const Velocity> after_impulses = contact_solver.velocity();
+    const std::span<const Pose> planned = contact_solver.predicted();
+    for (std::size_t i = 0; i < bodies.props.size(); ++i) {
+        if (bodies.props[i].is_static()) {
+            continue;
+        }
+        bodies.velocity[i] = velocity_after(bodies.props[i], bodies.pose[i], planned[i], after_impulses[i],
+                                            settings.gravity, interval);
+        bodies.pose[i] = planned[i];
+        const double sum = bodies.pose[i].position.sum() + bodies.pose[i].orientation.coeffs().sum() +
+                           bodies.velocity[i].v.sum() + bodies.velocity[i].w.sum();
+        if (!std::isfinite(sum)) {
+            throw Error(ExitCode::stopped,
+                        fmt::format("body '{}' has left the range of numbers in step {} (integrate)",
+                                    names[i], step_index));
+        }
+        bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
+        // The last kick stood for half of the interval before it and half of the one after: the second half
+        // is missing.
+        const Velocity& kick = contact_solver.kick()[i];
+        half_kick[i] = {(1.0 - node_weight[i]) * kick.v, (1.0 - node_weight[i]) * kick.w};
+        last_interval[i] = interval;
+    }
+    report.max_penetration = std::max(report.max_penetration, verified_penetration);
+    progress = interval >= interval_left() ? 1.0 : progress + interval / h;
+    if (progress == 1.0) {
+        ++step_index;
+    }
+}
+
+/// How near two bodies may be and still touch within the step [m].
+double World::Impl::margin_of(int a, int b) const {
+    const auto ia = static_cast<std::size_t>(a);
+    const auto ib = static_cast<std::size_t>(b);
+    const auto turning = [&](std::size_t i) {
+        return bodies.props[i].is_static() ? 0.0
+                                           : bodies.velocity[i].w.norm() * bodies.props[i].bounding_radius;
+    };
+    const double approach =
+        (bodies.velocity[ia].v - bodies.velocity[ib].v).norm() + turning(ia) + turning(ib);
+    return h * (approach + h * settings.gravity.norm()) + margin_tolerances * settings.tolerance;
+}
+
+/// Index of a pair in `pairs`; pairs.size() if it has no contacts.
+std::size_t World::Impl::pair_index(const BodyPair& pair) const {
+    const auto key = [](const PairContacts& p) { return BodyPair{p.manifold.body_a, p.manifold.body_b}; };
+    const auto sorted_end = pairs.begin() + static_cast<std::ptrdiff_t>(sorted_pairs);
+    const auto place = std::ranges::lower_bound(pairs.begin(), sorted_end, pair, {}, key);
+    if (place != sorted_end && key(*place) == pair) {
+        return static_cast<std::size_t>(place - pairs.begin());
+    }
+    const auto added = std::ranges::find(sorted_end, pairs.end(), pair, key);
+    return static_cast<std::size_t>(added - pairs.begin());
+}
+
+void World::Impl::find_contacts(StepReport& report) {
+    {
+        const StageClock clock(report, Stage::broad_phase);
+        boxes.resize(reported_count);
+        for (std::size_t i = 0; i < boxes.size(); ++i) {
+            const Velocity& velocity = bodies.velocity[i];
+            boxes[i] = bounds(bodies.props[i].shape, bodies.pose[i]);
+            const double reach =
+                bodies.props[i].is_static()
+                    ? 0.0
+                    : h * (velocity.v.norm() + velocity.w.norm() * bodies.props[i].bounding_radius +
+                           h * settings.gravity.norm());
+            const Vec3 margin = Vec3::Constant(reach + 0.5 * margin_tolerances * settings.tolerance);
+            boxes[i].lower -= margin;
+            boxes[i].upper += margin;
+        }
+        broad_phase.find_pairs(boxes, candidates);
+        std::erase_if(candidates,
+                      [&](const BodyPair& pair) { return std::ranges::binary_search(jointed, pair); });
+    }
+    const StageClock clock(report, Stage::narrow_phase);
+    std::vector<PairContacts> found;
+    for (const BodyPair& candidate : candidates) {
+        const auto a = static_cast<std::size_t>(candidate.a);
+        const auto b = static_cast<std::size_t>(candidate.b);
+        PairContacts pair;
+        sim::find_contacts(bodies.props[a].shape, bodies.pose[a], bodies.props[b].shape, bodies.pose[b],
+                           margin_of(candidate.a, candidate.b), pair.manifold.contacts);
+        if (pair.manifold.contacts.empty()) {
+            continue;
+        }
+        pair.manifold.body_a = candidate.a;
+        pair.manifold.body_b = candidate.b;
+        pair.material = pair_material(bodies.props[a], bodies.props[b]);
+        const std::size_t old = pair_index(candidate);
+        const double size = std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
+        match_memory(old < pairs.size() ? pairs[old].memory : std::vector<ContactMemory>{}, pair,
+                     match_reach * size);
+        found.push_back(std::move(pair));
+    }
+    pairs = std::move(found);
+    sorted_pairs = pairs.size();
+    report.pairs = static_cast<int>(candidates.size());
+    report.manifolds = static_cast<int>(pairs.size());
+}
+
+/// Collisions act on the velocities of the instant: those before the resting impulses plus the half they
+/// lack. A body in a collision keeps that velocity, and its motion restarts there.
+void World::Impl::resolve_collisions(StepReport& report) {
+    const StageClock clock(report, Stage::collisions);
+    std::vector<Velocity> velocity = bodies.velocity;
+    for (std::size_t i = 0; i < velocity.size(); ++i) {
+        velocity[i].v += half_kick[i].v;
+        velocity[i].w += half_kick[i].w;
+    }
+    std::vector<char> touched;
+    const CollisionReport result =
+        collision_solver.resolve(bodies, pairs, joints, settings, velocity, touched);
+    for (std::size_t i = 0; i < velocity.size(); ++i) {
+        if (touched[i] != 0) {
+            bodies.velocity[i] = velocity[i];
+            half_kick[i] = {};
+            last_interval[i] = 0.0;
+        }
+    }
+    report.collisions += result.collisions;
+    report.collision_passes += result.passes;
+    report.collision_iterations += result.iterations;
+    report.at_iteration_limit = report.at_iteration_limit || !result.converged;
+}
+
+/// Finds the impulses of the next interval: the rest of the step, or all of the next one; shorter if an
+/// impact stops it or if its contacts do not converge.
+void World::Impl::plan(StepReport& report) {
+    const StageClock clock(report, Stage::contacts);
+    interval = progress < 1.0 ? interval_left() : h;
+    for (int division = 0;; ++division) {
+        const bool good = plan_interval(report);
+        if (good && settings.impacts == ImpactHandling::stop && stops < stop_limit) {
+            const std::optional<Impact> impact =
+                time_of_impact(bodies, contact_solver.velocity(), pairs, settings, interval);
+            if (impact && impact->time < interval) {
+                ++stops;
+                ++report.impacts_stopped_at;
+                plan_until_impact(*impact, report);
+                break;
+            }
+        }
+        if (good) {
+            break;
+        }
+        if (division == division_limit) {
+            report.at_iteration_limit = true;
+            break;
+        }
+        ++report.divisions;
+        interval *= 0.5;
+    }
+    contact_solver.remember(pairs);
+}
+
+/// Plans the interval that ends at an impact. Its end moves a little with the impulses of the shorter
+/// interval, so the time is corrected until the gap at the planned poses is closed.
+void World::Impl::plan_until_impact(const Impact& impact, StepReport& report) {
+    const double longest = interval;
+    const Contact contact = pairs[impact.pair].manifold.contacts[impact.contact];
+    const auto a = static_cast<std::size_t>(pairs[impact.pair].manifold.body_a);
+    const auto b = static_cast<std::size_t>(pairs[impact.pair].manifold.body_b);
+    interval = impact.time;
+    for (int correction = 0; correction < impact_corrections; ++correction) {
+        plan_interval(report);
+        const std::span<const Pose> planned = contact_solver.predicted();
+        const double gap = contact_geometry(contact.feature, planned[a], planned[b]).gap;
+        const double approach = (contact.at.gap - gap) / interval;
+        if (std::abs(gap) <= 0.5 * touch_gap(settings) || approach <= 0.0) {
+            return;
+        }
+        interval = std::clamp(interval + gap / approach, 0.5 * interval, longest);
+    }
+    plan_interval(report);
+}
+
+/// One solve over `interval`, checked on the geometry after the move. Returns false if it did not converge.
+bool World::Impl::plan_interval(StepReport& report) {
+    for (std::size_t i = 0; i < node_weight.size(); ++i) {
+        node_weight[i] = last_interval[i] / (last_interval[i] + interval);
+    }
+    StepSettings used = settings;
+    if (stops >= stop_limit) {
+        used.impacts = ImpactHandling::ahead;
+    }
+    contact_solver.prepare(bodies, pairs, joints, node_weight, used, interval);
+    bool good = false;
+    for (int round = 0; round < repair_limit && !good; ++round) {
+        const ContactSolveReport result = contact_solver.solve(bodies, pairs, joints);
+        report.contact_iterations += result.iterations;
+        report.residual = result.residual;
+        good = repair();
+        if (!result.converged) {
+            good = false;
+            break;
+        }
+    }
+    report.contacts = contact_solver.contact_count();
+    report.joints = static_cast<int>(joints.size());
+    return good;
+}
+
+/// Looks at all pairs again at the planned poses, by their shapes and not by the contacts of the solve. A
+/// pair that would overlap by more than the tolerance gets the contacts found there. Returns true if there
+/// was none.
+bool World::Impl::repair() {
+    const std::span<const Pose> planned = contact_solver.predicted();
+    verified_penetration = 0.0;
+    bool good = true;
+    std::vector<Contact> contacts;
+    std::vector<PairContacts> added;
+    for (const BodyPair& candidate : candidates) {
+        const auto a = static_cast<std::size_t>(candidate.a);
+        const auto b = static_cast<std::size_t>(candidate.b);
+        const double penetration =
+            -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
+        verified_penetration = std::max(verified_penetration, penetration);
+        if (penetration <= settings.tolerance) {
+            continue;
+        }
+        good = false;
+        const std::size_t index = pair_index(candidate);
+        const bool known = index < pairs.size();
+        sim::find_contacts(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b], 0.0,
+                           contacts);
+        PairContacts fresh;
+        fresh.manifold.body_a = candidate.a;
+        fresh.manifold.body_b = candidate.b;
+        fresh.material = pair_material(bodies.props[a], bodies.props[b]);
+        PairContacts& pair = known ? pairs[index] : fresh;
+        const std::size_t first = pair.manifold.contacts.size();
+        for (Contact& contact : contacts) {
+            const auto same = [&](const Contact& other) { return other.feature.id == contact.feature.id; };
+            if (std::ranges::any_of(pair.manifold.contacts, same)) {
+                continue;
+            }
+            // The impulse acts at t0: there the same features are apart or not yet facing each other.
+            contact.at = contact_geometry(contact.feature, bodies.pose[a], bodies.pose[b]);
+            pair.manifold.contacts.push_back(contact);
+            pair.memory.push_back({.id = contact.feature.id, .core_a = contact.feature.core_a});
+        }
+        if (known) {
+            contact_solver.add_contacts(bodies, pairs, static_cast<int>(index), first);
+        } else {
+            added.push_back(std::move(fresh));
+        }
+    }
+    for (PairContacts& pair : added) {
+        pairs.push_back(std::move(pair));
+        contact_solver.add_contacts(bodies, pairs, static_cast<int>(pairs.size()) - 1, 0);
+    }
+    return good;
+}
+
+Snapshot World::Impl::take_snapshot() const {
+    Snapshot snapshot;
+    snapshot.step = step_index;
+    snapshot.time = static_cast<double>(step_index * settings.time_step.num) /
+                    static_cast<double>(settings.time_step.den);
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        const Velocity& kick = contact_solver.kick()[i];
+        snapshot.bodies.push_back({bodies.pose[i].position, bodies.pose[i].orientation,
+                                   bodies.velocity[i].v + node_weight[i] * kick.v,
+                                   bodies.velocity[i].w + node_weight[i] * kick.w});
+    }
+    return snapshot;
+}
+
+World::World(const SceneDef& scene, int threads) : impl_(std::make_unique<Impl>(scene)) {
+    CHECK(threads >= 1);
+}
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+StepReport World::step() {
+    return impl_->step();
+}
+std::int64_t World::step_index() const {
+    return impl_->step_index;
+}
+double World::time() const {
+    const Rational& h = impl_->settings.time_step;
+    return static_cast<double>(impl_->step_index * h.num) / static_cast<double>(h.den);
+}
+Snapshot World::take_snapshot() const {
+    return impl_->take_snapshot();
+}
+
+} // namespace sim
