@@ -174,4 +174,14 @@ std::string sha256_of_file(const std::filesystem::path& path) {
     return text;
 }
 
+WrittenFile describe_file(const std::filesystem::path& folder, const std::string& name) {
+    const std::filesystem::path path = folder / name;
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+    if (error) {
+        throw Error(ExitCode::io, "cannot read " + path.string() + ": " + error.message());
+    }
+    return {name, bytes, sha256_of_file(path)};
+}
+
 } // namespace sim

@@ -23,4 +23,14 @@ void write_file(const std::filesystem::path& path, const std::string& text);
 /// SHA-256 of a file's bytes, 64 hexadecimal digits. Throws Error (io).
 std::string sha256_of_file(const std::filesystem::path& path);
 
+/// A file that has been written, for a report.
+struct WrittenFile {
+    std::string name;            ///< relative to the folder of the report
+    std::uintmax_t bytes = 0;
+    std::string sha256;          ///< 64 hexadecimal digits
+};
+
+/// Size and SHA-256 of folder / name. Throws Error (io).
+WrittenFile describe_file(const std::filesystem::path& folder, const std::string& name);
+
 } // namespace sim

@@ -1,8 +1,5 @@
 #include "sim/summary.h"
 
-#include "sim/error.h"
-#include "sim/file_io.h"
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -58,16 +55,6 @@ Json mechanics_json(const Mechanics& m) {
 }
 
 } // namespace
-
-WrittenFile describe_file(const std::filesystem::path& folder, const std::string& name) {
-    const std::filesystem::path path = folder / name;
-    std::error_code error;
-    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-    if (error) {
-        throw Error(ExitCode::io, "cannot read " + path.string() + ": " + error.message());
-    }
-    return {name, bytes, sha256_of_file(path)};
-}
 
 void StepTotals::add(const StepReport& report) {
     ++steps;

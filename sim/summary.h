@@ -1,26 +1,16 @@
 #pragma once
 /// What a run reports: settings as used, counts, residuals, times, energies, hash and files, as JSON.
+#include "sim/file_io.h"
 #include "sim/scene_def.h"
 #include "sim/snapshot.h"
 #include "sim/step_report.h"
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 namespace sim {
-
-/// A file the run has written.
-struct WrittenFile {
-    std::string name; ///< relative to the run's folder
-    std::uintmax_t bytes = 0;
-    std::string sha256; ///< 64 hexadecimal digits
-};
-
-/// Size and SHA-256 of folder / name. Throws Error (io).
-WrittenFile describe_file(const std::filesystem::path& folder, const std::string& name);
 
 /// Sums over the steps of one run. Its size does not depend on their number.
 struct StepTotals {

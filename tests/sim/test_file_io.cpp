@@ -85,3 +85,13 @@ TEST(file_io, a_full_device_is_an_io_error) {
     EXPECT_FALSE(fs::exists(path));
     EXPECT_FALSE(fs::is_symlink(part_path(path)));
 }
+
+TEST(file_io, a_described_file_has_its_size_and_hash) {
+    const fs::path folder = fresh_folder();
+    write_file(folder / "abc", std::string("abc"));
+    const WrittenFile file = describe_file(folder, "abc");
+    EXPECT_EQ(file.name, "abc");
+    EXPECT_EQ(file.bytes, 3u);
+    EXPECT_EQ(file.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+    EXPECT_THROW(describe_file(folder, "missing"), Error);
+}

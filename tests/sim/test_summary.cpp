@@ -1,8 +1,5 @@
 #include "sim/summary.h"
 
-#include "sim/error.h"
-#include "sim/file_io.h"
-
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -77,15 +74,4 @@ TEST(summary, no_steps_bad_text_and_infinite_numbers_still_give_json) {
     const nlohmann::json json = nlohmann::json::parse(summary_to_json(scene, summary));
     EXPECT_EQ(json["contacts_per_step"], 0.0);
     EXPECT_TRUE(json["end"]["kinetic_energy_J"].is_null());
-}
-
-TEST(summary, a_described_file_has_its_size_and_hash) {
-    const std::filesystem::path folder = std::filesystem::path(TUMBLE_OUT_DIR) / "test" / "summary";
-    std::filesystem::create_directories(folder);
-    write_file(folder / "abc", std::string("abc"));
-    const WrittenFile file = describe_file(folder, "abc");
-    EXPECT_EQ(file.name, "abc");
-    EXPECT_EQ(file.bytes, 3u);
-    EXPECT_EQ(file.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-    EXPECT_THROW(describe_file(folder, "missing"), Error);
 }
