@@ -1,0 +1,84 @@
+#pragma once
+/// States of a scene -> pictures -> PNG files and an MP4, each stage in a thread of its own.
+///
+///   add() -> [states] -> draw -> [pictures] -> encode and write PNG
+///                             -> [pictures] -> encode video
+///
+/// The queues between them are short: memory does not grow with the length of the film.
+#include "render/bounded_queue.h"
+#include "render/image.h"
+#include "render/thread_group.h"
+#include "render/video_writer.h"
+#include "sim/file_io.h"
+#include "sim/scene_def.h"
+#include "sim/snapshot.h"
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace render {
+
+/// Encoder settings of a scene's film: frame rate, title, and how it was made as a comment.
+VideoSettings video_settings(const sim::SceneDef& scene);
+
+/// "frames/frame_000000.png", relative to the folder of the run.
+std::string frame_file_name(std::int64_t frame);
+
+struct FilmSettings {
+    std::filesystem::path folder; ///< where frames/ and the film go; exists
+    bool write_png = true;
+    bool write_video = true; ///< folder / <scene>.mp4
+};
+
+class Film {
+public:
+    /// `scene` must outlive the film.
+    Film(const sim::SceneDef& scene, const FilmSettings& settings);
+
+    /// Starts its threads; they end when close() has been called and everything is written, or when the group
+    /// stops. The film must outlive them: declare the group after it. Errors (io) arrive through the group.
+    void start(ThreadGroup& threads);
+
+    /// The state shown by the next frame: `frame` ascends by 1 from call to call. Waits while the drawing is
+    /// behind. False once the group stops.
+    bool add(std::int64_t frame, std::shared_ptr<const sim::Snapshot> snapshot);
+
+    /// No more frames come.
+    void close() { states_.close(); }
+
+    /// Frames that are written whole.
+    std::int64_t frames_done() const;
+
+    /// What has been written, in order; once the threads have ended.
+    std::vector<sim::WrittenFile> files() const;
+
+private:
+    struct State {
+        std::int64_t frame = 0;
+        std::shared_ptr<const sim::Snapshot> snapshot;
+    };
+    struct Picture {
+        std::int64_t frame = 0;
+        std::shared_ptr<const Image> image;
+    };
+
+    void draw_frames();
+    void write_frames();
+    void encode_video(const ThreadGroup& threads);
+
+    const sim::SceneDef& scene_;
+    FilmSettings settings_;
+    BoundedQueue<State> states_;
+    BoundedQueue<Picture> for_png_;
+    BoundedQueue<Picture> for_video_;
+    std::atomic<std::int64_t> pngs_done_ = 0;
+    std::atomic<std::int64_t> video_frames_done_ = 0;
+    std::vector<sim::WrittenFile> png_files_;   // of the thread that writes them
+    std::vector<sim::WrittenFile> video_files_; // of the thread that encodes
+};
+
+} // namespace render
