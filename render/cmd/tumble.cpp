@@ -1,22 +1,84 @@
 /// The program: arguments to a verb, the verb's outcome to an exit code.
+#include "render/cmd/interrupt.h"
+#include "render/cmd/options.h"
 #include "sim/error.h"
 
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <new>
 
-int main(int argc, char** argv) {
+namespace {
+
+using sim::ExitCode;
+
+constexpr const char* examples = R"(Examples:
+  tumble run scenes/funnel.toml                     out/funnel/: frames, film, trajectory, summary
+  tumble run scenes/*.toml --size 640x360 --fps 30  all scenes, small
+  tumble render out/funnel/trajectory.h5 --set output.camera=top
+                                                    another view without simulating again
+)";
+
+int fail(ExitCode code, const char* message) {
+    std::fprintf(stderr, "tumble: %s\n", message);
+    return static_cast<int>(code);
+}
+
+CLI::App* add_verb(CLI::App& app, const char* name, const char* description, cmd::Options& options,
+                   cmd::Changes changes) {
+    CLI::App* verb = app.add_subcommand(name, description);
+    cmd::add_options(*verb, options, changes);
+    return verb;
+}
+
+int run_program(int argc, char** argv) {
     CLI::App app("Simulates rigid bodies in contact from a scene file and makes a film of them.", "tumble");
+    app.footer(examples);
     app.set_version_flag("--version", "tumble " TUMBLE_VERSION);
+    app.require_subcommand(0, 1);
+    cmd::Options options;
+    const auto scenes = [&options](CLI::App* verb, void (*work)(const cmd::Options&)) {
+        verb->add_option("SCENE", options.inputs, "Scene files (TOML)")->required()->type_name("");
+        verb->final_callback([&options, work] { work(options); });
+    };
+    using enum cmd::Changes;
+    scenes(add_verb(app, "run", "Simulate, draw and encode: DIR/<scene>/", options, everything),
+           cmd::run_scenes);
+    scenes(add_verb(app, "simulate", "No pictures: trajectory and summary", options, everything),
+           cmd::simulate_scenes);
+    CLI::App* render =
+        add_verb(app, "render", "Pictures and film of an earlier simulation", options, only_output);
+    render->add_option("TRAJECTORY", options.inputs, "A trajectory.h5")->required()->type_name("");
+    render->final_callback([&options] { cmd::render_trajectory(options); });
+    scenes(
+        add_verb(app, "check", "Read and validate only; print what the scene contains", options, everything),
+        cmd::check_scenes);
+
     try {
         app.parse(argc, argv);
-        return static_cast<int>(sim::ExitCode::good);
+        if (app.get_subcommands().empty()) {
+            std::fputs(app.help().c_str(), stderr);
+            return static_cast<int>(ExitCode::usage);
+        }
+    } catch (const CLI::Success& help_or_version) {
+        return app.exit(help_or_version);
     } catch (const CLI::ParseError& error) {
-        // Help and version arrive here too, with code 0.
-        const bool is_wrong = app.exit(error) != 0;
-        return static_cast<int>(is_wrong ? sim::ExitCode::usage : sim::ExitCode::good);
+        return fail(ExitCode::usage, (std::string(error.what()) + "; see tumble --help").c_str());
+    }
+    return static_cast<int>(ExitCode::good);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    cmd::catch_interrupts();
+    try {
+        return run_program(argc, argv);
     } catch (const sim::Error& error) {
-        std::fprintf(stderr, "tumble: %s\n", error.what());
-        return static_cast<int>(error.code());
+        return fail(error.code(), error.what());
+    } catch (const std::bad_alloc&) {
+        return fail(ExitCode::stopped, "out of memory");
+    } catch (const std::exception& error) {
+        return fail(ExitCode::stopped, error.what());
     }
 }

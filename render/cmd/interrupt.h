@@ -1,0 +1,12 @@
+#pragma once
+/// Ctrl-C, SIGTERM and SIGHUP as a flag that threads look at.
+
+namespace cmd {
+
+/// From now on these signals no longer end the program.
+void catch_interrupts();
+
+/// True once one of them has arrived.
+bool is_interrupted();
+
+} // namespace cmd

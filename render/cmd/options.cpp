@@ -1,0 +1,133 @@
+#include "render/cmd/options.h"
+
+#include "sim/error.h"
+#include "sim/rational.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <thread>
+
+namespace cmd {
+
+using sim::Error;
+using sim::ExitCode;
+
+namespace {
+
+std::optional<long> parse_integer(std::string_view text) {
+    long value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) {
+        return std::nullopt;
+    }
+    return value;
+}
+
+[[noreturn]] void fail(const char* option, const std::string& text, const char* expected) {
+    throw Error(ExitCode::usage, fmt::format("{} '{}': expected {}", option, text, expected));
+}
+
+// Key and value as one assignment in TOML.
+std::string assign_integer(const char* key, const char* option, const std::string& text,
+                           const char* expected) {
+    const std::optional<long> value = parse_integer(text);
+    if (!value || *value < 0) {
+        fail(option, text, expected);
+    }
+    return fmt::format("{}={}", key, *value);
+}
+
+std::string assign_fraction(const char* key, const char* option, const std::string& text,
+                            const char* expected) {
+    const std::optional<sim::Rational> value = sim::parse_rational(text);
+    if (!value || value->num <= 0) {
+        fail(option, text, expected);
+    }
+    return fmt::format("{}=\"{}/{}\"", key, value->num, value->den);
+}
+
+std::string assign_number(const char* key, const char* option, const std::string& text,
+                          const char* expected) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value) || value <= 0) {
+        fail(option, text, expected);
+    }
+    return fmt::format("{}={}", key, value);
+}
+
+} // namespace
+
+void add_options(CLI::App& verb, Options& options, Changes changes) {
+    verb.add_option("--out", options.out, "Folder for the results")->type_name("DIR");
+    verb.add_option("--size", options.size, "Size of a frame [px], such as 1280x720")->type_name("WxH");
+    verb.add_option("--fps", options.fps, "Frames a second: a number or a fraction such as 24000/1001")
+        ->type_name("N");
+    verb.add_option("--duration", options.duration, "Length of the film [s]")->type_name("S");
+    if (changes == Changes::everything) {
+        verb.add_option("--time-step", options.time_step, "Time step h [s]")->type_name("S");
+        verb.add_option("--tolerance", options.tolerance, "Largest gap error and overlap [m]")
+            ->type_name("M");
+        verb.add_option("--record-every", options.record_every,
+                        "Steps a record of the trajectory; 0: one record a frame")
+            ->type_name("N");
+    }
+    verb.add_option("--threads", options.threads,
+                    "Threads of the simulation; the result does not depend on it")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1024));
+    verb.add_option("--set", options.assignments, "Sets any key of the scene, such as light.sun_intensity=2")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+    verb.add_flag("--no-video", options.no_video, "No MP4");
+    verb.add_flag("--no-png", options.no_png, "No PNG frames");
+    verb.add_flag("--quiet", options.is_quiet, "Only errors are printed");
+}
+
+std::vector<std::string> overrides_of(const Options& options) {
+    std::vector<std::string> overrides = options.assignments;
+    if (!options.size.empty()) {
+        constexpr const char* expected = "width and height in pixels such as 1280x720";
+        const std::size_t cross = options.size.find('x');
+        if (cross == std::string::npos || !parse_integer(options.size.substr(0, cross)) ||
+            !parse_integer(options.size.substr(cross + 1))) {
+            fail("--size", options.size, expected);
+        }
+        overrides.push_back("output.width=" + options.size.substr(0, cross));
+        overrides.push_back("output.height=" + options.size.substr(cross + 1));
+    }
+    if (!options.fps.empty()) {
+        overrides.push_back(assign_fraction("output.fps", "--fps", options.fps,
+                                            "a number or a fraction such as 24000/1001, > 0"));
+    }
+    if (!options.duration.empty()) {
+        overrides.push_back(
+            assign_fraction("output.duration", "--duration", options.duration, "a number of seconds > 0"));
+    }
+    if (!options.time_step.empty()) {
+        overrides.push_back(assign_fraction("simulation.time_step", "--time-step", options.time_step,
+                                            "a number of seconds > 0"));
+    }
+    if (!options.tolerance.empty()) {
+        overrides.push_back(assign_number("simulation.tolerance", "--tolerance", options.tolerance,
+                                          "a number of metres > 0"));
+    }
+    if (!options.record_every.empty()) {
+        overrides.push_back(assign_integer("output.record_every", "--record-every", options.record_every,
+                                           "a number of steps >= 0"));
+    }
+    return overrides;
+}
+
+int thread_count(const Options& options) {
+    return options.threads > 0 ? options.threads
+                               : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+} // namespace cmd

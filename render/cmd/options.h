@@ -1,0 +1,56 @@
+#pragma once
+/// What the user asks for on the command line.
+#include "sim/scene_def.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace cmd {
+
+struct Options {
+    std::vector<std::string> inputs;      ///< scene files, or one trajectory
+    std::string out;                      ///< folder; empty: the verb's own default
+    std::string size;                     ///< "WxH" [px]
+    std::string fps;                      ///< [1/s] number or fraction
+    std::string duration;                 ///< [s]
+    std::string time_step;                ///< [s]
+    std::string tolerance;                ///< [m]
+    std::string record_every;             ///< [steps]
+    std::vector<std::string> assignments; ///< "dotted.key=value"
+    int threads = 0;                      ///< of the simulation; 0: one a core
+    bool no_video = false;
+    bool no_png = false;
+    bool is_quiet = false;
+};
+
+/// What a verb can change of a scene.
+enum class Changes {
+    everything,  ///< before the simulation
+    only_output, ///< size, frame rate and look of an earlier simulation
+};
+
+/// Adds the options of one verb. `options` must outlive the parsing.
+void add_options(CLI::App& verb, Options& options, Changes changes);
+
+/// The changes as assignments to scene keys, in the order --set, then the others. Throws Error (usage).
+std::vector<std::string> overrides_of(const Options& options);
+
+/// Threads to simulate with, >= 1.
+int thread_count(const Options& options);
+
+/// The verbs; each throws Error.
+/// tumble run: simulates, draws and encodes.
+void run_scenes(const Options& options);
+/// tumble simulate: trajectory and summary only.
+void simulate_scenes(const Options& options);
+/// tumble render: draws and encodes an earlier simulation.
+void render_trajectory(const Options& options);
+/// tumble check: reads and validates, prints what the scenes contain.
+void check_scenes(const Options& options);
+
+} // namespace cmd

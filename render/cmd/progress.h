@@ -1,0 +1,42 @@
+#pragma once
+/// How far a run is: one line that changes on a terminal, a line every few seconds elsewhere.
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <string>
+
+namespace cmd {
+
+class Progress {
+public:
+    /// label: the scene; unit: "frames" or "steps"; total >= 1.
+    Progress(std::string label, std::string unit, std::int64_t total, bool is_quiet);
+
+    /// Called often; prints when it is time to.
+    void update(std::int64_t done);
+
+    /// Takes the changing line off the terminal.
+    void clear();
+
+private:
+    using Clock = std::chrono::steady_clock;
+    struct Sample {
+        Clock::time_point time;
+        std::int64_t done;
+    };
+
+    std::string line(std::int64_t done) const;
+
+    std::string label_;
+    std::string unit_;
+    std::int64_t total_;
+    bool is_quiet_;
+    bool is_terminal_;
+    Clock::time_point last_print_;
+    std::deque<Sample> samples_; // of the last seconds: the rate follows a changing cost
+};
+
+/// "0.4 s", "58 s", "3 min 05 s", "2 h 05 min".
+std::string duration_text(double seconds);
+
+} // namespace cmd

@@ -1,0 +1,119 @@
+/// tumble render: pictures and film of an earlier simulation.
+#include "render/cmd/options.h"
+#include "render/cmd/supervise.h"
+#include "render/film.h"
+#include "sim/error.h"
+#include "sim/scene_file.h"
+#include "sim/trajectory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+namespace cmd {
+
+namespace fs = std::filesystem;
+using sim::Error;
+using sim::ExitCode;
+
+namespace {
+
+/// The scene as it was simulated, with another size, rate or look where the user asks for it.
+sim::SceneDef scene_of(const sim::TrajectoryReader& trajectory, const std::string& path,
+                       const Options& options) {
+    const sim::TrajectoryInfo& info = trajectory.info();
+    std::vector<std::string> overrides = info.overrides;
+    for (const std::string& assignment : overrides_of(options)) {
+        if (assignment.starts_with("simulation.")) {
+            throw Error(ExitCode::usage,
+                        fmt::format("--set {}: the simulation has been made; use tumble run", assignment));
+        }
+        overrides.push_back(assignment);
+    }
+    sim::SceneDef scene = sim::parse_scene(info.scene_text, info.scene_name + ".toml", overrides);
+    if (scene.bodies.size() != info.body_names.size()) {
+        throw Error(ExitCode::usage, fmt::format("{} has {} bodies, its scene {}", path,
+                                                 info.body_names.size(), scene.bodies.size()));
+    }
+    return scene;
+}
+
+/// The record each frame shows. Throws Error (usage) if one is missing.
+std::vector<std::size_t> records_of_frames(const sim::TrajectoryReader& trajectory, const std::string& path,
+                                           const sim::SceneDef& scene) {
+    const std::vector<std::int64_t>& steps = trajectory.steps();
+    const std::int64_t count = sim::frame_count(scene.output.duration, scene.output.fps);
+    std::vector<std::size_t> records;
+    for (std::int64_t frame = 0; frame < count; ++frame) {
+        const std::int64_t step = sim::step_of_frame(frame, scene.output.fps, scene.step.time_step);
+        const auto found = std::lower_bound(steps.begin(), steps.end(), step);
+        if (found == steps.end()) {
+            throw Error(ExitCode::usage,
+                        fmt::format("{} ends at step {}, frame {} of {} shows step {}; choose a "
+                                    "shorter --duration, or simulate again",
+                                    path, steps.back(), frame, count, step));
+        }
+        if (*found != step) {
+            throw Error(
+                ExitCode::usage,
+                fmt::format("{} has no record of step {}, which frame {} shows; choose another --fps, or "
+                            "simulate again with the default of one record a frame",
+                            path, step, frame));
+        }
+        records.push_back(static_cast<std::size_t>(found - steps.begin()));
+    }
+    return records;
+}
+
+} // namespace
+
+void render_trajectory(const Options& options) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    if (options.no_png && options.no_video) {
+        throw Error(ExitCode::usage, "--no-png and --no-video leave nothing to make");
+    }
+    if (options.inputs.size() != 1) {
+        throw Error(ExitCode::usage, "render takes one trajectory");
+    }
+    const fs::path path = options.inputs.front();
+    const sim::TrajectoryReader trajectory(path);
+    const sim::SceneDef scene = scene_of(trajectory, path.string(), options);
+    const std::vector<std::size_t> records = records_of_frames(trajectory, path.string(), scene);
+
+    const fs::path folder = options.out.empty() ? path.parent_path() : options.out / fs::path(scene.name);
+    const Workplace workplace(folder.empty() ? "." : folder);
+    if (!options.no_png) {
+        workplace.remove_frames();
+        workplace.make_frames_folder();
+    }
+    if (!options.no_video) {
+        workplace.remove_file(scene.name + ".mp4");
+    }
+    render::Film film(scene, {workplace.folder(), !options.no_png, !options.no_video});
+    {
+        render::ThreadGroup threads; // ends before what its threads use
+        film.start(threads);
+        threads.start([&] {
+            for (std::size_t frame = 0; frame < records.size(); ++frame) {
+                auto snapshot = std::make_shared<const sim::Snapshot>(trajectory.read(records[frame]));
+                if (!film.add(static_cast<std::int64_t>(frame), std::move(snapshot))) {
+                    return;
+                }
+            }
+            film.close();
+        });
+        Progress progress(scene.name, "frames", static_cast<std::int64_t>(records.size()), options.is_quiet);
+        supervise(
+            threads, progress, [&] { return film.frames_done(); }, workplace);
+    }
+    if (!options.is_quiet) {
+        std::printf("%s: %zu frames in %s; in %s\n", scene.name.c_str(), records.size(),
+                    duration_text(std::chrono::duration<double>(Clock::now() - start).count()).c_str(),
+                    workplace.folder().c_str());
+    }
+}
+
+} // namespace cmd

@@ -1,0 +1,46 @@
+#include "render/cmd/supervise.h"
+
+#include "render/cmd/interrupt.h"
+#include "sim/error.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace cmd {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto poll_interval = 50ms;
+// Ctrl-C is to end the program within a second: this much for a step or picture under way.
+constexpr auto patience = 700ms;
+
+} // namespace
+
+void supervise(render::ThreadGroup& threads, Progress& progress, const std::function<std::int64_t()>& done,
+               const Workplace& workplace) {
+    while (!threads.wait_for(poll_interval)) {
+        if (!is_interrupted()) {
+            progress.update(done());
+            continue;
+        }
+        threads.stop();
+        const bool have_stopped = threads.wait_for(patience);
+        progress.clear();
+        const std::string message =
+            fmt::format("interrupted; whole frames are kept in {}", workplace.folder().string());
+        if (!have_stopped) {
+            workplace.remove_parts();
+            std::fprintf(stderr, "tumble: %s\n", message.c_str());
+            std::_Exit(static_cast<int>(sim::ExitCode::interrupted));
+        }
+        throw sim::Error(sim::ExitCode::interrupted, message);
+    }
+    progress.clear();
+    threads.join();
+}
+
+} // namespace cmd
