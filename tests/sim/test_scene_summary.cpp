@@ -1,0 +1,81 @@
+#include "sim/scene_summary.h"
+
+#include "sim/scene_file.h"
+
+#include <gtest/gtest.h>
+
+using namespace sim;
+
+TEST(scene_summary, tells_what_the_funnel_contains) {
+    const std::vector<std::string> overrides{"output.fps=24000/1001"};
+    const SceneDef scene = load_scene(std::filesystem::path(TUMBLE_SCENE_DIR) / "funnel.toml", overrides);
+    // 143.86 frames become 144; the last, number 143, shows step round(143 * 1001 / 24) = 5964.
+    EXPECT_EQ(describe_scene(scene), R"(funnel: 1000 cubes fall into a funnel
+  bodies      1000 dynamic (1000 boxes), 5 static (1 plane, 4 boxes)
+  mass        1e+06 kg
+  joints      none
+  steps       5964 of 0.001 s; 6 s
+  frames      144 of 1280 x 720 at 24000/1001 a second
+  trajectory  one record a frame
+  gravity     0 0 -9.81 m/s^2
+  tolerances  0.0001 m contact, 1e-10 m joint, 0.0001 m/s impact, at most 2000 sweeps
+  model       restitution 0.48, friction 0.1, contacts placed ahead of impacts, warm start, no shock propagation
+  cameras     'main' (3 keys)
+  set         output.fps=24000/1001
+)");
+}
+
+TEST(scene_summary, tells_what_the_parts_of_the_model_are) {
+    const SceneDef scene = parse_scene(R"(
+[simulation]
+time_step = "1/240"
+impacts = "stop"
+warm_start = false
+shock_propagation = true
+[output]
+record_every = 5
+camera = "b"
+[[body]]
+name = "ball"
+shape = { kind = "sphere", radius = 1 }
+mass = 2.5
+mu_s = 0.4
+mu_d = 0.3
+[[body]]
+name = "other"
+shape = { kind = "sphere", radius = 1 }
+position = [5, 0, 0]
+mass = 2
+mu_s = 0.2
+mu_d = 0.1
+[[joint]]
+name = "rope"
+kind = "ball"
+bodies = ["ball"]
+anchor = [0, 0, 3]
+[[camera]]
+name = "a"
+kind = "orbit"
+eye = [1, 0, 0]
+target = [0, 0, 0]
+[[camera]]
+name = "b"
+kind = "follow"
+body = "ball"
+eye = [1, 0, 0]
+target = [0, 0, 0]
+)",
+                                       "s.toml");
+    EXPECT_EQ(describe_scene(scene), R"(s
+  bodies      2 dynamic (2 spheres), 0 static
+  mass        4.5 kg
+  joints      1 ball, 1 to the world
+  steps       1436 of 1/240 s; 6 s
+  frames      360 of 1280 x 720 at 60 a second
+  trajectory  one record every 5 steps
+  gravity     0 0 -9.81 m/s^2
+  tolerances  0.0001 m contact, 1e-10 m joint, 0.0001 m/s impact, at most 2000 sweeps
+  model       no rebound, friction static 0.2 to 0.4, dynamic 0.1 to 0.3, stops at the time of impact, no warm start, shock propagation after 10 sweeps, joints
+  cameras     'a' (orbit in 20 s), 'b' (follows a body, chosen)
+)");
+}
