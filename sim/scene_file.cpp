@@ -3,6 +3,7 @@
 #include "sim/error.h"
 #include "sim/file_io.h"
 #include "sim/scene_body.h"
+#include "sim/scene_overlap.h"
 #include "sim/scene_pattern.h"
 #include "sim/scene_section.h"
 #include "sim/scene_tree.h"
@@ -21,12 +22,18 @@ namespace {
 /// What joints call the ground when they hold a body in the world.
 constexpr std::string_view world_name = "world";
 
+/// Where a body's name and position stand in the text.
+struct BodyPlaces {
+    TextPlace name;
+    TextPlace position;
+};
+
 /// A scene while it is read. Places are kept for the checks that need all bodies.
 struct Loading {
     const TextSource& source;
     SceneDef scene;
     std::map<std::string, int> body_index; ///< by name
-    std::vector<TextPlace> body_places;    ///< [body_count]
+    std::vector<BodyPlaces> places;        ///< [body_count]
 };
 
 /// How messages call a table of an array: by its name, or by its number from 0.
@@ -98,6 +105,20 @@ std::vector<std::string> body_names(const SceneDef& scene) {
     return names;
 }
 
+/// Of the position's component that an override gave, of the position, or of the name.
+TextPlace place_of_position(const TreeNode& node) {
+    const TreeNode* position = node.find("position");
+    if (position == nullptr) {
+        return node.find("name")->place;
+    }
+    for (const TreeNode& component : position->children) {
+        if (component.place.assignment >= 0) {
+            return component.place;
+        }
+    }
+    return position->place;
+}
+
 void add_body(Loading& loading, BodyDef body, const TreeNode& node) {
     const TreeNode* name = node.find("name");
     if (body.name == world_name) {
@@ -107,12 +128,12 @@ void add_body(Loading& loading, BodyDef body, const TreeNode& node) {
     const auto [first, is_new] =
         loading.body_index.emplace(body.name, static_cast<int>(loading.scene.bodies.size()));
     if (!is_new) {
-        const TextPlace& other = loading.body_places[static_cast<std::size_t>(first->second)];
+        const TextPlace& other = loading.places[static_cast<std::size_t>(first->second)].name;
         fail_at(loading.source, name->place,
                 fmt::format("body '{}' has the same name as the one at {}, expected another name", body.name,
                             loading.source.describe(other)));
     }
-    loading.body_places.push_back(name->place);
+    loading.places.push_back({name->place, place_of_position(node)});
     loading.scene.bodies.push_back(std::move(body));
 }
 
@@ -293,6 +314,26 @@ void check_chosen_camera(const Loading& loading, const TreeNode& output) {
     }
 }
 
+// --- the whole scene
+// ------------------------------------------------------------------------------------------
+
+/// Bodies must not overlap at the start: the solver would throw them apart.
+void check_overlaps(const Loading& loading) {
+    const std::optional<StartOverlap> overlap = find_start_overlap(loading.scene);
+    if (!overlap) {
+        return;
+    }
+    const auto name = [&](int body) { return loading.scene.bodies[static_cast<std::size_t>(body)].name; };
+    const std::string others =
+        overlap->pair_count > 1 ? fmt::format(", the deepest of {} overlaps", overlap->pair_count) : "";
+    fail_at(
+        loading.source, loading.places[static_cast<std::size_t>(overlap->body_b)].position,
+        fmt::format(
+            "body '{}' overlaps body '{}' by {:.4g} m at the start{}, expected at most the tolerance, {} m",
+            name(overlap->body_b), name(overlap->body_a), overlap->penetration, others,
+            loading.scene.step.tolerance));
+}
+
 /// "scenes/funnel.toml" -> "funnel".
 std::string stem_of(const std::string& file) {
     return std::filesystem::path(file).stem().string();
@@ -327,6 +368,7 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     }
     read_cameras(loading, top);
     check_chosen_camera(loading, table("output"));
+    check_overlaps(loading);
     scene.text = text;
     scene.overrides = source.assignments;
     return std::move(loading.scene);
