@@ -1,11 +1,13 @@
 #include "render/draw_list.h"
 
+#include "render/faces.h"
+#include "render/mesh.h"
 #include "sim/error.h"
 
-#include <glm/gtc/matrix_transform.hpp>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 namespace render {
@@ -17,15 +19,26 @@ using sim::Vec3;
 
 /// A floor fades into the sky over this many view distances.
 constexpr double floor_extent_in_views = 14.0;
-/// What lies farther from the target than this many view distances throws no shadow.
-constexpr double shadow_reach_in_views = 3.0;
+/// What lies farther from the target than this many view distances throws no shadow and no occlusion.
+constexpr double reach_in_views = 3.0;
+/// Shadow texels are not smaller than this many view distances.
+constexpr double least_texel_in_views = 0.0016;
 /// Spheres above this radius on the picture are drawn with the fine mesh [px].
 constexpr double fine_sphere_pixels = 24.0;
-/// Radius of the rod that a joint is drawn as, in view distances.
-constexpr double rod_radius_in_views = 0.0018;
-
+/// Radius of the rod that a joint is drawn as, in view distances; and the least on the picture, so that a rod
+/// covers the centre of at least one pixel in each row (edges.cpp then counts its true width) [px].
+constexpr double rod_radius_in_views = 0.0014;
+/// Cells of the occlusion volume across the smallest body, and cells of the whole volume at most.
+constexpr double cells_across_body = 12.0;
+constexpr double most_occlusion_cells = 4e5;
+/// Cells that the occlusion volume reaches beyond the bodies.
+constexpr float occlusion_margin_cells = 4.0f;
 glm::vec3 to_glm(const Vec3& v) {
     return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+
+glm::dvec3 to_glm_double(const Vec3& v) {
+    return {v.x(), v.y(), v.z()};
 }
 
 glm::vec4 to_glm(const sim::Quat& q) {
@@ -46,40 +59,32 @@ double view_scale(const sim::CameraDef& camera) {
     return std::max(1e-6, (camera.keys.front().eye - camera.keys.front().target).norm());
 }
 
-/// A part together with what sorts it.
-struct Part {
-    Instance instance;
-    int mesh;
-    sim::Pattern pattern;
-    float depth; ///< along the view [m]
-};
-
 /// Collects the parts of all bodies and joints.
 class PartCollector {
 public:
-    PartCollector(const LatheTable& lathes, const View& view, double pixels_per_radian)
-        : lathes_(lathes), view_(view), forward_((view.target - view.eye).normalized()),
+    PartCollector(const SceneGeometry& geometry, const View& view, double pixels_per_radian)
+        : geometry_(geometry), view_(view), forward_((view.target - view.eye).normalized()),
           pixels_per_radian_(pixels_per_radian) {}
 
     void add_body(const sim::BodyDef& body, std::size_t index, const Pose& pose) {
         look_ = &body.look;
-        const int profile = lathes_.profile_of_body[index];
+        const int profile = geometry_.profile_of_body[index];
         if (profile >= 0) {
             double radius = 0.0;
-            for (const glm::vec2& point : lathes_.profiles[static_cast<std::size_t>(profile)]) {
+            for (const glm::vec2& point : geometry_.profiles[static_cast<std::size_t>(profile)]) {
                 radius = std::max(radius, static_cast<double>(glm::length(point)));
             }
-            add(mesh_id::lathe_first + profile, pose, Vec3::Ones(), radius);
+            rounds.push_back(part(pose, Vec3::Ones(), radius, mesh_id::lathe_first + profile));
             return;
         }
         std::visit(
             Overload{[](const sim::Plane&) {},
                      [&](const sim::Compound& compound) {
-                         for (const sim::CompoundPart& part : compound.parts) {
-                             const Pose world_from_part{pose * part.body_from_part.position,
-                                                        pose.orientation * part.body_from_part.orientation};
+                         for (const sim::CompoundPart& piece : compound.parts) {
+                             const Pose world_from_part{pose * piece.body_from_part.position,
+                                                        pose.orientation * piece.body_from_part.orientation};
                              std::visit([&](const auto& shape) { add_primitive(shape, world_from_part); },
-                                        part.shape);
+                                        piece.shape);
                          }
                      },
                      [&](const auto& shape) { add_primitive(shape, pose); }},
@@ -94,58 +99,55 @@ public:
         }
         look_ = &look;
         const Pose pose{0.5 * (a + b), sim::Quat::FromTwoVectors(Vec3::UnitZ(), along)};
-        add(mesh_id::rod, pose, {radius, radius, 0.5 * along.norm()}, 0.5 * along.norm() + radius);
+        const double half = 0.5 * along.norm();
+        rounds.push_back(part(pose, {radius, radius, half}, half + radius, mesh_id::rod));
     }
 
-    std::vector<Part>& parts() { return parts_; }
+    std::vector<Part> boxes;
+    std::vector<Part> rounds;
 
 private:
     void add_primitive(const sim::Box& box, const Pose& pose) {
-        add(mesh_id::box, pose, box.half_extents, box.half_extents.norm());
+        boxes.push_back(part(pose, box.half_extents, box.half_extents.norm(), -1));
     }
 
     void add_primitive(const sim::Sphere& sphere, const Pose& pose) {
         const double distance = std::max((pose.position - view_.eye).norm(), sphere.radius);
         const bool is_fine = sphere.radius / distance * pixels_per_radian_ > fine_sphere_pixels;
-        add(is_fine ? mesh_id::sphere_fine : mesh_id::sphere_coarse, pose, Vec3::Constant(sphere.radius),
-            sphere.radius);
+        rounds.push_back(part(pose, Vec3::Constant(sphere.radius), sphere.radius,
+                              is_fine ? mesh_id::sphere_fine : mesh_id::sphere_coarse));
     }
 
-    void add(int mesh, const Pose& pose, const Vec3& scale, double bounding_radius) {
-        if (!pose.position.allFinite() || !pose.orientation.coeffs().allFinite()) {
-            return;
-        }
-        Part part{};
-        part.instance.orientation = to_glm(pose.orientation);
-        part.instance.position = to_glm(pose.position);
-        part.instance.scale = to_glm(scale);
-        part.instance.roughness = static_cast<float>(look_->roughness);
-        part.instance.metallic = static_cast<float>(look_->metallic);
-        part.instance.color = to_glm(look_->color);
-        part.instance.pattern_color = to_glm(look_->pattern_color);
-        part.instance.bounding_radius = static_cast<float>(bounding_radius);
-        part.instance.id = static_cast<std::uint32_t>(parts_.size() + 1);
-        part.mesh = mesh;
-        part.pattern = look_->pattern;
-        part.depth = static_cast<float>((pose.position - view_.eye).dot(forward_));
-        parts_.push_back(part);
+    Part part(const Pose& pose, const Vec3& scale, double bounding_radius, int mesh) const {
+        Part result{};
+        Instance& instance = result.instance;
+        instance.orientation = to_glm(pose.orientation);
+        instance.position = to_glm(pose.position);
+        instance.scale = to_glm(scale);
+        instance.roughness = static_cast<float>(look_->roughness);
+        instance.metallic = static_cast<float>(look_->metallic);
+        instance.color = to_glm(look_->color);
+        instance.pattern_color = to_glm(look_->pattern_color);
+        instance.bounding_radius = static_cast<float>(bounding_radius);
+        result.mesh = mesh;
+        result.pattern = look_->pattern;
+        result.depth = static_cast<float>((pose.position - view_.eye).dot(forward_));
+        return result;
     }
 
-    const LatheTable& lathes_;
+    const SceneGeometry& geometry_;
     View view_;
     Vec3 forward_;
     double pixels_per_radian_;
     const sim::LookDef* look_ = nullptr;
-    std::vector<Part> parts_;
 };
 
 /// Rods of all drawn joints: from the anchor to the centre of body a.
 void add_joints(const sim::SceneDef& scene, const sim::Snapshot& snapshot, double radius,
                 PartCollector& collector) {
     sim::LookDef look;
-    look.color = Vec3::Constant(0.25);
-    look.roughness = 0.4;
-    look.metallic = 0.6;
+    look.color = Vec3::Constant(0.10);
+    look.roughness = 0.5;
     for (const sim::JointDef& joint : scene.joints) {
         if (!joint.is_drawn || joint.body_a < 0) {
             continue;
@@ -159,13 +161,31 @@ void add_joints(const sim::SceneDef& scene, const sim::Snapshot& snapshot, doubl
                 scene.bodies[b].pose.orientation.conjugate() * (joint.anchor - scene.bodies[b].pose.position);
             anchor = snapshot.bodies[b].orientation * anchor_body + snapshot.bodies[b].position;
         }
-        collector.add_rod(anchor, snapshot.bodies[a].position, radius, look);
+        if (anchor.allFinite() && snapshot.bodies[a].position.allFinite()) {
+            collector.add_rod(anchor, snapshot.bodies[a].position, radius, look);
+        }
     }
 }
 
-/// Floors of all visible plane bodies.
-std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& snapshot, const View& view,
-                               std::uint32_t first_id) {
+void collect_parts(const sim::SceneDef& scene, const sim::Snapshot& snapshot, double rod_radius,
+                   PartCollector& collector) {
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const Pose pose{snapshot.bodies[i].position, snapshot.bodies[i].orientation};
+        if (scene.bodies[i].look.visible && pose.position.allFinite() &&
+            pose.orientation.coeffs().allFinite()) {
+            collector.add_body(scene.bodies[i], i, pose);
+        }
+    }
+    add_joints(scene, snapshot, rod_radius, collector);
+    std::stable_sort(collector.boxes.begin(), collector.boxes.end(),
+                     [](const Part& a, const Part& b) { return a.depth < b.depth; });
+    std::stable_sort(collector.rounds.begin(), collector.rounds.end(), [](const Part& a, const Part& b) {
+        return std::tie(a.mesh, a.pattern, a.depth) < std::tie(b.mesh, b.pattern, b.depth);
+    });
+}
+
+/// Floors of all visible plane bodies; `shadowed` and id are filled in later.
+std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& snapshot, const View& view) {
     std::vector<Floor> floors;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const sim::BodyDef& body = scene.bodies[i];
@@ -187,185 +207,242 @@ std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& 
                              static_cast<float>((near - pose.position).dot(across))};
         floor.color = to_glm(body.look.color);
         floor.line_color = to_glm(body.look.pattern_color);
-        floor.roughness = static_cast<float>(body.look.roughness);
-        floor.id = first_id + static_cast<std::uint32_t>(floors.size());
         floors.push_back(floor);
     }
     return floors;
 }
 
-/// Depth range [m] along the view that holds all parts, and the floors up to `extent`.
-std::pair<double, double> depth_range(const std::vector<Part>& parts, const std::vector<Floor>& floors,
-                                      double extent) {
-    double nearest = extent;
-    double farthest = 0.0;
-    for (const Part& part : parts) {
-        const double radius = static_cast<double>(part.instance.bounding_radius);
-        nearest = std::min(nearest, static_cast<double>(part.depth) - radius);
-        farthest = std::max(farthest, static_cast<double>(part.depth) + radius);
-    }
-    if (!floors.empty()) {
-        // Depth is stored as a float that grows towards the eye, so a small near distance costs no precision.
-        nearest = std::min(nearest, extent * 1e-4);
-        farthest = std::max(farthest, extent);
-    }
-    farthest = std::max(farthest, 1e-6);
-    return {std::max(nearest * 0.95, farthest * 1e-5), farthest * 1.05};
-}
-
-/// Perspective with depth 1 at the near plane and 0 at the far plane.
-glm::dmat4 reversed_perspective(double fov_degrees, double aspect, double near, double far) {
-    const double f = 1.0 / std::tan(0.5 * glm::radians(fov_degrees));
-    glm::dmat4 m(0.0);
-    m[0][0] = f / aspect;
-    m[1][1] = f;
-    m[2][2] = near / (far - near);
-    m[2][3] = -1.0;
-    m[3][2] = near * far / (far - near);
-    return m;
-}
-
-CameraBlock make_camera(const View& view, double aspect, std::pair<double, double> range) {
-    const glm::dvec3 eye(view.eye.x(), view.eye.y(), view.eye.z());
-    const glm::dvec3 target(view.target.x(), view.target.y(), view.target.z());
-    const glm::dvec3 forward = glm::normalize(target - eye);
-    const bool is_vertical = std::abs(forward.z) > 0.9999;
-    const glm::dvec3 up = is_vertical ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
-    const glm::dmat4 clip_from_world =
-        reversed_perspective(view.fov_degrees, aspect, range.first, range.second) *
-        glm::lookAt(eye, target, up);
-    CameraBlock camera{};
-    camera.clip_from_world = glm::mat4(clip_from_world);
-    camera.world_from_clip = glm::mat4(glm::inverse(clip_from_world));
-    camera.eye = glm::vec3(eye);
-    camera.near_distance = static_cast<float>(range.first);
-    camera.far_distance = static_cast<float>(range.second);
-    camera.view_distance = static_cast<float>(glm::length(target - eye));
-    return camera;
-}
-
-/// Smallest power of 2^(1/4) that is at least x: the volume keeps its size while the bodies move.
-double stepped_size(double x) {
-    return std::exp2(0.25 * std::ceil(4.0 * std::log2(std::max(x, 1e-9))));
-}
-
-ShadowVolume make_shadow_volume(const std::vector<Part>& parts, const glm::dvec3& to_sun, const View& view,
-                                double reach, int shadow_size) {
-    const glm::dvec3 up = std::abs(to_sun.z) > 0.99 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
-    const glm::dmat4 light_from_world = glm::lookAt(glm::dvec3(0.0), -to_sun, up);
-    const glm::dvec3 target(view.target.x(), view.target.y(), view.target.z());
-    glm::dvec3 lower(1e300);
-    glm::dvec3 upper(-1e300);
-    for (const Part& part : parts) {
-        const glm::dvec3 position(part.instance.position);
-        const double radius = static_cast<double>(part.instance.bounding_radius);
-        if (glm::length(position - target) - radius > reach) {
-            continue;
-        }
-        const glm::dvec3 p(light_from_world * glm::dvec4(position, 1.0));
-        // A body larger than the reach fills the volume without stretching it.
-        const double shown = std::min(radius, reach);
-        lower = glm::min(lower, p - shown);
-        upper = glm::max(upper, p + shown);
-    }
-    if (lower.x > upper.x) {
-        lower = glm::dvec3(light_from_world * glm::dvec4(target, 1.0)) - reach;
-        upper = lower + 2.0 * reach;
-    }
-    // Two texels on each side stay free, so that what lies outside is lit.
-    const double side = stepped_size(std::max(upper.x - lower.x, upper.y - lower.y));
-    const double texel = side / (shadow_size - 8);
-    const double half = 0.5 * texel * shadow_size;
-    // The volume moves by whole texels only: shadow edges do not crawl.
-    const glm::dvec2 centre = glm::round((glm::dvec2(lower) + glm::dvec2(upper)) * 0.5 / texel) * texel;
-    const double depth = stepped_size(upper.z - lower.z);
-    const glm::dmat4 clip_from_light =
-        glm::orthoRH_ZO(centre.x - half, centre.x + half, centre.y - half, centre.y + half,
-                        -upper.z - depth * 0.01, -lower.z + depth * 0.01);
-    return {glm::mat4(clip_from_light * light_from_world), static_cast<float>(texel)};
-}
-
 LightBlock make_light(const sim::LightDef& light, const std::vector<Floor>& floors) {
     LightBlock block{};
-    block.to_sun = to_glm(light.to_sun.normalized());
+    block.to_sun = to_glm(Vec3(light.to_sun.normalized()));
     block.sun = to_glm(Vec3(light.sun_color * light.sun_intensity));
     block.sky_zenith = to_glm(Vec3(light.sky_zenith * light.sky_intensity));
     block.sky_horizon = to_glm(Vec3(light.sky_horizon * light.sky_intensity));
     block.ground = block.sky_horizon;
     if (!floors.empty()) {
-        const glm::vec3 mean_sky = 0.5f * (block.sky_zenith + block.sky_horizon);
+        const glm::vec3 mean_sky = glm::mix(block.sky_zenith, block.sky_horizon, 0.2f);
         block.ground = floors.front().color * (block.sun * std::max(block.to_sun.z, 0.0f) + mean_sky);
     }
     return block;
 }
 
-/// Sorts the parts by batch, nearest first within one, and describes the batches.
-void fill_batches(std::vector<Part>& parts, DrawList& list) {
-    std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
-        return std::tie(a.mesh, a.pattern, a.depth, a.instance.id) <
-               std::tie(b.mesh, b.pattern, b.depth, b.instance.id);
-    });
-    list.instances.reserve(parts.size());
-    for (const Part& part : parts) {
-        if (list.batches.empty() || list.batches.back().mesh != part.mesh ||
-            list.batches.back().pattern != part.pattern) {
-            list.batches.push_back({part.mesh, part.pattern, static_cast<int>(list.instances.size()), 0});
+OcclusionVolume make_occlusion(const SceneGeometry& geometry, const PartCollector& parts,
+                               const std::vector<Floor>& floors, const glm::vec3& target, float reach) {
+    glm::vec3 lower(std::numeric_limits<float>::max());
+    glm::vec3 upper(std::numeric_limits<float>::lowest());
+    const auto include = [&](const Part& part) {
+        const float radius = part.instance.bounding_radius;
+        if (glm::length(part.instance.position - target) < reach && part.mesh != mesh_id::rod) {
+            lower = glm::min(lower, part.instance.position - radius);
+            upper = glm::max(upper, part.instance.position + radius);
         }
-        ++list.batches.back().count;
-        list.instances.push_back(part.instance);
+    };
+    std::for_each(parts.boxes.begin(), parts.boxes.end(), include);
+    std::for_each(parts.rounds.begin(), parts.rounds.end(), include);
+    if (lower.x > upper.x) {
+        return {};
     }
+    const float cell = geometry.occlusion_cell;
+    OcclusionVolume volume(glm::max(lower, target - reach) - occlusion_margin_cells * cell,
+                           glm::min(upper, target + reach) + occlusion_margin_cells * cell, cell);
+    for (const Part& part : parts.boxes) {
+        volume.add_box(part.instance);
+    }
+    for (const Part& part : parts.rounds) {
+        if (part.mesh >= mesh_id::lathe_first) {
+            volume.add_lathe(part.instance,
+                             geometry.profiles[static_cast<std::size_t>(part.mesh - mesh_id::lathe_first)]);
+        } else if (part.mesh != mesh_id::rod) {
+            volume.add_ellipsoid(part.instance);
+        }
+    }
+    for (const Floor& floor : floors) {
+        volume.add_half_space(floor.origin, floor.normal);
+    }
+    volume.finish();
+    return volume;
+}
+
+/// Rounds in batches, with ids that follow those of the faces.
+void fill_rounds(const std::vector<Part>& parts, const SceneGeometry& geometry, DrawList& list) {
+    auto next_id = static_cast<std::uint32_t>(list.whole_faces.size() + 1);
+    for (const Part& part : parts) {
+        std::vector<RoundBatch>& batches = list.round_batches;
+        if (batches.empty() || batches.back().mesh != part.mesh || batches.back().pattern != part.pattern) {
+            batches.push_back({part.mesh, part.pattern, static_cast<int>(list.rounds.size()), 0});
+        }
+        ++batches.back().count;
+        list.rounds.push_back(part.instance);
+        list.rounds.back().id = next_id;
+        next_id += geometry.group_count[static_cast<std::size_t>(part.mesh)];
+    }
+    for (Floor& floor : list.floors) {
+        floor.id = next_id++;
+    }
+}
+
+/// Where on a floor shadows may lie: the sides of the shadow volume meet it in four points. The whole floor,
+/// if the sun is too low.
+void set_shadowed(const ShadowVolume& shadow, const glm::vec3& to_sun, float extent, Floor& floor) {
+    const glm::vec3 across = glm::cross(floor.normal, floor.tangent);
+    const float n_l = glm::dot(floor.normal, to_sun);
+    constexpr float far = 2.0f;
+    std::array<glm::vec2, 4> corners{glm::vec2(-far, -far), {far, -far}, {far, far}, {-far, far}};
+    std::array<glm::vec2, 4> found{};
+    bool is_usable = n_l > 0.1f;
+    for (std::size_t i = 0; i < 4 && is_usable; ++i) {
+        const glm::vec4 corner = shadow.world_from_clip * glm::vec4(corners[i] / far, 0.5f, 1.0f);
+        const glm::vec3 start = glm::vec3(corner) / corner.w - floor.origin;
+        const glm::vec3 p = start - to_sun * (glm::dot(start, floor.normal) / n_l);
+        found[i] = {glm::dot(p, floor.tangent), glm::dot(p, across)};
+        is_usable = glm::length(found[i]) < far * extent;
+    }
+    floor.ring_scale = 1.0f;
+    if (!is_usable) {
+        for (std::size_t i = 0; i < 4; ++i) {
+            floor.shadowed[i] = corners[i] * extent;
+        }
+        return;
+    }
+    // The ring's near side clears the horizon from wherever the eye stands over the inner part.
+    float inner_radius = std::numeric_limits<float>::max();
+    const glm::vec2 middle = 0.25f * (found[0] + found[1] + found[2] + found[3]);
+    for (std::size_t i = 0; i < 4; ++i) {
+        const glm::vec2 side = glm::normalize(found[(i + 1) % 4] - found[i]);
+        const glm::vec2 to_middle = middle - found[i];
+        inner_radius = std::min(inner_radius, std::abs(side.x * to_middle.y - side.y * to_middle.x));
+    }
+    floor.ring_scale = 2.0f * far * extent / inner_radius;
+    floor.shadowed = found;
+}
+
+/// Cell of the occlusion volume: a share of the smallest body, coarser where the start fills much space.
+float occlusion_cell(const sim::SceneDef& scene) {
+    double smallest = std::numeric_limits<double>::max();
+    Vec3 lower = Vec3::Constant(std::numeric_limits<double>::max());
+    Vec3 upper = -lower;
+    for (const sim::BodyDef& body : scene.bodies) {
+        const sim::Bounds bounds = sim::bounds(body.shape, body.pose);
+        const Vec3 size = bounds.upper - bounds.lower;
+        if (!size.allFinite() || !body.look.visible) {
+            continue;
+        }
+        lower = lower.cwiseMin(bounds.lower);
+        upper = upper.cwiseMax(bounds.upper);
+        if (!body.is_static()) {
+            smallest = std::min(smallest, size.minCoeff());
+        }
+    }
+    if (lower.x() > upper.x()) {
+        return 1.0f;
+    }
+    const Vec3 extent = (upper - lower).cwiseMax(1e-6);
+    smallest = std::min(smallest, extent.maxCoeff());
+    return static_cast<float>(
+        std::max(smallest / cells_across_body, std::cbrt(extent.prod() / most_occlusion_cells)));
 }
 
 } // namespace
 
-LatheTable make_lathe_table(const sim::SceneDef& scene) {
-    LatheTable table;
+SceneGeometry make_scene_geometry(const sim::SceneDef& scene) {
+    SceneGeometry geometry;
+    geometry.group_count.assign(mesh_id::lathe_first, 1);
+    geometry.group_count[mesh_id::rod] = make_lathe_bands(rod_profile()).back().group + 1;
     for (const sim::BodyDef& body : scene.bodies) {
         if (body.look.lathe.size() < 2) {
-            table.profile_of_body.push_back(-1);
+            geometry.profile_of_body.push_back(-1);
             continue;
         }
         std::vector<glm::vec2> profile;
         for (const Eigen::Vector2d& point : body.look.lathe) {
             profile.emplace_back(static_cast<float>(point.x()), static_cast<float>(point.y()));
         }
-        const auto known = std::find(table.profiles.begin(), table.profiles.end(), profile);
-        table.profile_of_body.push_back(static_cast<int>(known - table.profiles.begin()));
-        if (known == table.profiles.end()) {
-            table.profiles.push_back(std::move(profile));
+        const auto known = std::find(geometry.profiles.begin(), geometry.profiles.end(), profile);
+        geometry.profile_of_body.push_back(static_cast<int>(known - geometry.profiles.begin()));
+        if (known == geometry.profiles.end()) {
+            geometry.group_count.push_back(make_lathe_bands(profile).back().group + 1);
+            geometry.profiles.push_back(std::move(profile));
         }
     }
-    return table;
+    geometry.occlusion_cell = occlusion_cell(scene);
+    return geometry;
 }
 
-DrawList make_draw_list(const sim::SceneDef& scene, const LatheTable& lathes, const sim::CameraDef& camera,
-                        const sim::Snapshot& snapshot, const Viewport& viewport) {
-    CHECK(snapshot.bodies.size() == scene.bodies.size());
-    const View view = camera_view(camera, snapshot);
-    const double scale = view_scale(camera);
-    const double pixels_per_radian = viewport.height / (2.0 * std::tan(0.5 * glm::radians(view.fov_degrees)));
-
-    PartCollector collector(lathes, view, pixels_per_radian);
-    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-        if (scene.bodies[i].look.visible) {
-            collector.add_body(scene.bodies[i], i,
-                               {snapshot.bodies[i].position, snapshot.bodies[i].orientation});
+FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume) {
+    FloorOcclusion result;
+    if (volume.is_empty()) {
+        return result;
+    }
+    const glm::vec3 across = glm::cross(floor.normal, floor.tangent);
+    glm::vec2 lower(std::numeric_limits<float>::max());
+    glm::vec2 upper(std::numeric_limits<float>::lowest());
+    for (int i = 0; i < 8; ++i) {
+        const glm::vec3 share(i & 1, (i >> 1) & 1, (i >> 2) & 1);
+        const glm::vec3 corner = glm::mix(volume.lower(), volume.upper(), share) - floor.origin;
+        const glm::vec2 p(glm::dot(corner, floor.tangent), glm::dot(corner, across));
+        lower = glm::min(lower, p);
+        upper = glm::max(upper, p);
+    }
+    // Points are multiples of the cell, so that the values on the floor do not wander with the volume.
+    const glm::vec2 first =
+        glm::floor((lower + floor.grid_origin) / volume.cell()) * volume.cell() - floor.grid_origin;
+    const glm::ivec2 size = glm::clamp(glm::ivec2((upper - first) / volume.cell()) + 2, glm::ivec2(1),
+                                       glm::ivec2(2 * OcclusionVolume::most_cells));
+    result.width = size.x;
+    result.height = size.y;
+    result.open.clear();
+    for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+            const glm::vec2 p = first + (glm::vec2(x, y) + 0.5f) * volume.cell();
+            const glm::vec3 position = floor.origin + floor.tangent * p.x + across * p.y;
+            result.open.push_back(volume.open_share(position, floor.normal));
         }
     }
-    add_joints(scene, snapshot, rod_radius_in_views * scale, collector);
-    std::vector<Part>& parts = collector.parts();
+    const glm::vec2 scale = 1.0f / (glm::vec2(size) * volume.cell());
+    result.place = glm::vec4(scale, -first * scale);
+    return result;
+}
+
+DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,
+                        const sim::CameraDef& camera, const sim::Snapshot& snapshot,
+                        const Viewport& viewport) {
+    CHECK(snapshot.bodies.size() == scene.bodies.size());
+    const View view = camera_view(camera, snapshot);
+    const ViewPoint view_point{to_glm_double(view.eye), to_glm_double(view.target), view.fov_degrees,
+                               static_cast<double>(viewport.width) / viewport.height};
+    const double scale = view_scale(camera);
+    const double extent = floor_extent_in_views * scale;
+    const double reach = reach_in_views * scale;
+
+    PartCollector parts(geometry, view,
+                        viewport.height / (2.0 * std::tan(0.5 * glm::radians(view.fov_degrees))));
+    collect_parts(scene, snapshot, rod_radius_in_views * scale, parts);
 
     DrawList list;
-    list.floors = make_floors(scene, snapshot, view, static_cast<std::uint32_t>(parts.size() + 1));
-    list.floor_extent = static_cast<float>(floor_extent_in_views * scale);
+    list.floors = make_floors(scene, snapshot, view);
+    list.floor_extent = static_cast<float>(extent);
     list.grid_spacing = static_cast<float>(std::pow(10.0, std::floor(std::log10(scale / 5.0))));
     list.light = make_light(scene.light, list.floors);
-    list.camera = make_camera(view, static_cast<double>(viewport.width) / viewport.height,
-                              depth_range(parts, list.floors, floor_extent_in_views * scale));
-    const Vec3 to_sun = scene.light.to_sun.normalized();
-    list.shadow = make_shadow_volume(parts, {to_sun.x(), to_sun.y(), to_sun.z()}, view,
-                                     shadow_reach_in_views * scale, viewport.shadow_size);
-    fill_batches(parts, list);
+
+    std::vector<Instance> all;
+    for (const std::vector<Part>* group : {&parts.boxes, &parts.rounds}) {
+        for (const Part& part : *group) {
+            all.push_back(part.instance);
+        }
+    }
+    list.boxes.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(parts.boxes.size()));
+    list.camera = make_camera(view_point, depth_range(view_point, all, extent, !list.floors.empty()));
+    const double margin = static_cast<double>(occlusion_margin_cells * geometry.occlusion_cell);
+    list.shadow = make_shadow_volume({glm::dvec3(list.light.to_sun), view_point.target, reach, margin,
+                                      viewport.shadow_size, least_texel_in_views * scale},
+                                     all);
+    for (Floor& floor : list.floors) {
+        set_shadowed(list.shadow, list.light.to_sun, list.floor_extent, floor);
+    }
+    list.occlusion =
+        make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(reach));
+    add_faces(parts.boxes, list);
+    fill_rounds(parts.rounds, geometry, list);
     return list;
 }
 

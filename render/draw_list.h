@@ -1,45 +1,63 @@
 #pragma once
 /// What is drawn of one snapshot: the seam between the scene (Eigen, double) and OpenGL (GLM, float).
 #include "render/camera.h"
+#include "render/draw_types.h"
+#include "render/occlusion.h"
+#include "render/projection.h"
 #include "sim/scene_def.h"
 #include "sim/snapshot.h"
 
 #include <glm/glm.hpp>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 namespace render {
 
-/// Triangles an instance is made of. A lathe surface has its own mesh: lathe_first + index into the lathes.
-namespace mesh_id {
-inline constexpr int box = 0;
-inline constexpr int sphere_fine = 1;
-inline constexpr int sphere_coarse = 2;
-inline constexpr int rod = 3;
-inline constexpr int lathe_first = 4;
-} // namespace mesh_id
-
-/// One drawn part, as the vertex shader reads it.
-struct Instance {
-    glm::vec4 orientation;   ///< unit quaternion world_from_body, x y z w
-    glm::vec3 position;      ///< [m]
-    float roughness;         ///< [-] 0.05..1
-    glm::vec3 scale;         ///< [m], of the unit mesh (half extents of a box); 1 for a lathe
-    float metallic;          ///< [-] 0..1
-    glm::vec3 color;         ///< linear RGB
-    std::uint32_t id;        ///< of the part, 1..; 0 is the background
+/// A patch of a flat face that the camera can see, as the vertex shader reads it (texels of 16 bytes).
+struct Face {
+    glm::vec3 center; ///< [m]
+    float roughness;  ///< [-] 0.05..1
+    glm::vec3 half_u; ///< [m] from the centre to the middle of an edge; half_u x half_v points outwards
+    float metallic;   ///< [-] 0..1
+    glm::vec3 half_v; ///< [m]
+    std::uint32_t id; ///< of the whole face: index into DrawList::faces_whole, plus 1
+    glm::vec3 color;  ///< linear RGB
+    float unused_0;
     glm::vec3 pattern_color; ///< linear RGB
-    float bounding_radius;   ///< [m] about position
+    float unused_1;
+    glm::vec4 open;        ///< share of the sky seen at the corners -u-v, +u-v, -u+v, +u+v [-] 0..1
+    glm::vec3 body_center; ///< in the body, as a share of its size 0..1: what patterns are counted in
+    float unused_2;
+    glm::vec3 body_half_u;
+    float unused_3;
+    glm::vec3 body_half_v;
+    float unused_4;
+};
+static_assert(sizeof(Face) == 9 * 16);
+
+/// A whole flat face: where its edges are.
+struct WholeFace {
+    glm::vec3 center; ///< [m]
+    glm::vec3 half_u; ///< [m]
+    glm::vec3 half_v; ///< [m]
+};
+
+/// Faces drawn by one call.
+struct FaceBatch {
+    sim::Pattern pattern = sim::Pattern::plain;
+    bool is_lit = false; ///< turned towards the sun
+    int first = 0;       ///< index into DrawList::faces
+    int count = 0;
 };
 
 /// Instances drawn by one call: the same mesh and pattern.
-struct Batch {
+struct RoundBatch {
     int mesh = 0;
     sim::Pattern pattern = sim::Pattern::plain;
-    int first = 0;
+    int first = 0; ///< index into DrawList::rounds
     int count = 0;
-    bool has_rounded_edges = false;
 };
 
 /// A plane body: its surface is drawn as a floor with a grid.
@@ -50,40 +68,33 @@ struct Floor {
     glm::vec2 grid_origin; ///< of `origin` in the grid, along tangent and across it [m]
     glm::vec3 color;       ///< linear RGB
     glm::vec3 line_color;  ///< linear RGB
-    float roughness;       ///< [-]
+    std::array<glm::vec2, 4>
+        shadowed;     ///< corners of what may lie in shadow, from `origin`, counter-clockwise [m]
+    float ring_scale; ///< the ring around it reaches this many times as far from its middle
     std::uint32_t id;
 };
 
-struct CameraBlock {
-    glm::mat4 clip_from_world; ///< depth 1 at the near plane, 0 at the far plane
-    glm::mat4 world_from_clip;
-    glm::vec3 eye;       ///< [m]
-    float near_distance; ///< [m] along the view direction
-    float far_distance;  ///< [m]
-    float view_distance; ///< [m] eye to target
+/// Open share of the sky on a floor, around the bodies.
+struct FloorOcclusion {
+    int width = 1;
+    int height = 1;
+    std::vector<float> open{1.0f}; ///< [height * width] 0..1, rows along the floor's tangent
+    glm::vec4 place{0.0f};         ///< texture coordinates = floor position * xy + zw
 };
-
-/// Orthographic volume seen from the sun that holds everything that throws a shadow.
-struct ShadowVolume {
-    glm::mat4 clip_from_world;
-    float texel_size; ///< [m] on a plane across the light
-};
-
-struct LightBlock {
-    glm::vec3 to_sun;     ///< unit
-    glm::vec3 sun;        ///< linear RGB, irradiance / pi
-    glm::vec3 sky_zenith; ///< linear RGB radiance
-    glm::vec3 sky_horizon;
-    glm::vec3 ground; ///< radiance seen below the horizon
-};
+FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume);
 
 struct DrawList {
     CameraBlock camera;
     ShadowVolume shadow;
     LightBlock light;
-    std::vector<Instance> instances; ///< grouped by batch, nearest first within one
-    std::vector<Batch> batches;
+    std::vector<Instance> boxes;  ///< all boxes, for the shadow map; not what the camera sees
+    std::vector<Instance> rounds; ///< grouped by batch, nearest first within one
+    std::vector<RoundBatch> round_batches;
+    std::vector<Face> faces; ///< grouped by batch, nearest first within one
+    std::vector<FaceBatch> face_batches;
+    std::vector<WholeFace> whole_faces; ///< by id - 1
     std::vector<Floor> floors;
+    OcclusionVolume occlusion;
     float floor_extent = 0.0f; ///< [m] a floor has faded into the sky at this distance from the eye
     float grid_spacing = 1.0f; ///< [m] of the fine lines; every tenth is a strong one
 };
@@ -95,15 +106,18 @@ struct Viewport {
     int shadow_size = 0;
 };
 
-/// The surfaces of revolution of a scene, each once.
-struct LatheTable {
-    std::vector<std::vector<glm::vec2>> profiles; ///< (radius, z) [m]
+/// What of a scene is the same in all its pictures.
+struct SceneGeometry {
+    std::vector<std::vector<glm::vec2>> profiles; ///< lathe surfaces, each once: (radius, z) [m]
     std::vector<int> profile_of_body;             ///< [body_count], -1: drawn as its shape
+    std::vector<std::uint32_t> group_count; ///< [mesh_id] surface groups of a mesh, each with its own id
+    float occlusion_cell = 0.0f;            ///< [m] of the occlusion volume
 };
-LatheTable make_lathe_table(const sim::SceneDef& scene);
+SceneGeometry make_scene_geometry(const sim::SceneDef& scene);
 
 /// camera: one of the scene's. Bodies whose pose is not finite are left out.
-DrawList make_draw_list(const sim::SceneDef& scene, const LatheTable& lathes, const sim::CameraDef& camera,
-                        const sim::Snapshot& snapshot, const Viewport& viewport);
+DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,
+                        const sim::CameraDef& camera, const sim::Snapshot& snapshot,
+                        const Viewport& viewport);
 
 } // namespace render

@@ -12,35 +12,6 @@ namespace {
 /// A profile that turns by more than this keeps its edge. cos(35 degrees).
 constexpr float crease_cosine = 0.819f;
 
-void append_quad(Mesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-    mesh.indices.insert(mesh.indices.end(), {a, b, c, a, c, d});
-}
-
-/// One face of a box: normal along `axis` with sign `side`.
-void append_box_face(Mesh& mesh, int axis, float side, int cells) {
-    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    const int u = (axis + 1) % 3;
-    const int v = (axis + 2) % 3;
-    glm::vec3 normal(0.0f);
-    normal[axis] = side;
-    for (int j = 0; j <= cells; ++j) {
-        for (int i = 0; i <= cells; ++i) {
-            glm::vec3 position(0.0f);
-            position[axis] = side;
-            position[u] = (2.0f * static_cast<float>(i) / static_cast<float>(cells) - 1.0f) * side;
-            position[v] = 2.0f * static_cast<float>(j) / static_cast<float>(cells) - 1.0f;
-            mesh.vertices.push_back({position, normal});
-        }
-    }
-    const auto row = static_cast<std::uint32_t>(cells + 1);
-    for (std::uint32_t j = 0; j + 1 < row; ++j) {
-        for (std::uint32_t i = 0; i + 1 < row; ++i) {
-            const std::uint32_t at = first + j * row + i;
-            append_quad(mesh, at, at + 1, at + row + 1, at + row);
-        }
-    }
-}
-
 /// Unit circle; the last point repeats the first exactly.
 std::vector<glm::vec2> circle(int sides) {
     std::vector<glm::vec2> points;
@@ -59,13 +30,13 @@ struct ProfilePoint {
 };
 
 /// The band between two profile points, lower first; triangles of no area at the axis are left out.
-void append_band(Mesh& mesh, const ProfilePoint& lower, const ProfilePoint& upper,
+void append_band(Mesh& mesh, const ProfilePoint& lower, const ProfilePoint& upper, std::uint32_t group,
                  std::span<const glm::vec2> around) {
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
     for (const glm::vec2& d : around) {
         for (const ProfilePoint* point : {&lower, &upper}) {
             const glm::vec2& n = point->normal;
-            mesh.vertices.push_back({{d * point->position.x, point->position.y}, {d * n.x, n.y}});
+            mesh.vertices.push_back({{d * point->position.x, point->position.y}, {d * n.x, n.y}, group});
         }
     }
     for (std::uint32_t i = 0; i + 1 < around.size(); ++i) {
@@ -95,23 +66,13 @@ std::vector<glm::vec2> closed_profile(std::span<const glm::vec2> profile) {
     return points;
 }
 
-/// Outward normal of the segment from a to b.
-glm::vec2 segment_normal(const glm::vec2& a, const glm::vec2& b) {
-    const glm::vec2 along = glm::normalize(b - a);
+/// Outward normal (radial, z) of a band.
+glm::vec2 band_normal(const LatheBand& band) {
+    const glm::vec2 along = glm::normalize(band.upper - band.lower);
     return {along.y, -along.x};
 }
 
 } // namespace
-
-Mesh make_box_mesh(int cells) {
-    CHECK(cells >= 1);
-    Mesh mesh;
-    for (int axis = 0; axis < 3; ++axis) {
-        append_box_face(mesh, axis, 1.0f, cells);
-        append_box_face(mesh, axis, -1.0f, cells);
-    }
-    return mesh;
-}
 
 Mesh make_sphere_mesh(int rings) {
     CHECK(rings >= 2);
@@ -124,35 +85,47 @@ Mesh make_sphere_mesh(int rings) {
             const glm::vec2 p(radius, static_cast<float>(-std::cos(angle)));
             return ProfilePoint{p, p};
         };
-        append_band(mesh, point(ring), point(ring + 1), around);
+        append_band(mesh, point(ring), point(ring + 1), 0, around);
     }
     return mesh;
 }
 
-Mesh make_cylinder_mesh(int sides) {
-    const std::vector<glm::vec2> profile{{1.0f, -1.0f}, {1.0f, 1.0f}};
-    return make_lathe_mesh(profile, sides);
+std::vector<LatheBand> make_lathe_bands(std::span<const glm::vec2> profile) {
+    CHECK(profile.size() >= 2);
+    const std::vector<glm::vec2> points = closed_profile(profile);
+    std::vector<LatheBand> bands;
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+        LatheBand band{points[i], points[i + 1], 0};
+        if (!bands.empty()) {
+            const LatheBand& last = bands.back();
+            const bool is_smooth = glm::dot(band_normal(last), band_normal(band)) >= crease_cosine;
+            band.group = last.group + (is_smooth ? 0 : 1);
+        }
+        bands.push_back(band);
+    }
+    return bands;
+}
+
+std::span<const glm::vec2> rod_profile() {
+    static constexpr glm::vec2 profile[] = {{1.0f, -1.0f}, {1.0f, 1.0f}};
+    return profile;
 }
 
 Mesh make_lathe_mesh(std::span<const glm::vec2> profile, int sides) {
-    CHECK(profile.size() >= 2 && sides >= 3);
-    const std::vector<glm::vec2> points = closed_profile(profile);
+    CHECK(sides >= 3);
+    const std::vector<LatheBand> bands = make_lathe_bands(profile);
     const std::vector<glm::vec2> around = circle(sides);
-    std::vector<glm::vec2> normals;
-    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
-        normals.push_back(segment_normal(points[i], points[i + 1]));
-    }
-    // Two segments that meet smoothly share the mean normal at their common point.
-    const auto smooth_normal = [&](std::size_t own, std::size_t other) {
-        if (other >= normals.size() || glm::dot(normals[own], normals[other]) < crease_cosine) {
-            return normals[own];
+    // Two bands of one group share the mean normal at their common point.
+    const auto normal_towards = [&](std::size_t own, std::size_t other) {
+        if (other >= bands.size() || bands[own].group != bands[other].group) {
+            return band_normal(bands[own]);
         }
-        return glm::normalize(normals[own] + normals[other]);
+        return glm::normalize(band_normal(bands[own]) + band_normal(bands[other]));
     };
     Mesh mesh;
-    for (std::size_t i = 0; i < normals.size(); ++i) {
-        append_band(mesh, {points[i], smooth_normal(i, i - 1)}, {points[i + 1], smooth_normal(i, i + 1)},
-                    around);
+    for (std::size_t i = 0; i < bands.size(); ++i) {
+        append_band(mesh, {bands[i].lower, normal_towards(i, i - 1)},
+                    {bands[i].upper, normal_towards(i, i + 1)}, bands[i].group, around);
     }
     return mesh;
 }

@@ -9,9 +9,24 @@
 namespace render {
 
 struct Vertex {
-    glm::vec3 position; ///< [-] or [m], as the mesh says
-    glm::vec3 normal;   ///< unit, outwards
+    glm::vec3 position;  ///< [-] or [m], as the mesh says
+    glm::vec3 normal;    ///< unit, outwards
+    std::uint32_t group; ///< surfaces that meet in an edge have different groups, 0..
 };
+
+/// One band of a surface of revolution: from (radius, z) `lower` to `upper`.
+struct LatheBand {
+    glm::vec2 lower;
+    glm::vec2 upper;
+    std::uint32_t group; ///< bands that meet smoothly share one
+};
+
+/// Bands from bottom to top of a profile of (radius, z), at least two points; open ends are capped. Two bands
+/// meet smoothly unless the profile turns by more than 35 degrees.
+std::vector<LatheBand> make_lathe_bands(std::span<const glm::vec2> profile);
+
+/// The profile of the unit rod: radius 1 about z, from z = -1 to z = 1.
+std::span<const glm::vec2> rod_profile();
 
 /// Closed surface, counter-clockwise seen from outside.
 struct Mesh {
@@ -19,17 +34,10 @@ struct Mesh {
     std::vector<std::uint32_t> indices; ///< [3 * triangle_count]
 };
 
-/// Corners at +-1; each face divided into `cells` x `cells` quads, cells >= 1.
-Mesh make_box_mesh(int cells = 1);
-
 /// Radius 1; `rings` >= 2 from pole to pole, 2 * rings around.
 Mesh make_sphere_mesh(int rings);
 
-/// Radius 1 about z, from z = -1 to z = 1, with end caps; `sides` >= 3.
-Mesh make_cylinder_mesh(int sides);
-
-/// Surface of revolution about z: profile of (radius, z) [m] from bottom to top, at least two points; open
-/// ends are capped. Smooth except where the profile turns by more than 35 degrees. `sides` >= 3.
+/// Surface of revolution about z. `sides` >= 3.
 Mesh make_lathe_mesh(std::span<const glm::vec2> profile, int sides);
 
 } // namespace render

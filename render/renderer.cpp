@@ -2,14 +2,15 @@
 
 #include "render/camera.h"
 #include "render/draw_list.h"
+#include "render/edges.h"
 #include "render/gl_context.h"
 #include "render/gl_handles.h"
+#include "render/gl_mesh.h"
 #include "render/mesh.h"
 #include "render/shader.h"
 #include "sim/error.h"
 
 #include <cstddef>
-#include <cstring>
 #include <map>
 #include <utility>
 
@@ -22,7 +23,7 @@ constexpr int sphere_rings_coarse = 12;
 constexpr int rod_sides = 16;
 constexpr int lathe_sides = 96;
 /// Scales radiance before the tone curve: sunlit middle grey comes out at the middle of the display's range.
-constexpr float exposure = 0.5f;
+constexpr float exposure = 0.8f;
 
 /// The uniform block `Frame` of shaders/common_frame.glsl, std140.
 struct FrameBlock {
@@ -37,59 +38,28 @@ struct FrameBlock {
     glm::vec4 ground;
 };
 
-/// A mesh in GL buffers, with the instance buffer as further attributes.
-struct GlMesh {
-    GlVertexArray vertex_array;
-    GlBuffer vertices;
-    GlBuffer indices;
-    GLsizei index_count = 0;
-};
+/// Texture units, fixed for all programs.
+namespace unit {
+constexpr int shadow_map = 0;
+constexpr int faces = 1;
+constexpr int boxes = 2;
+constexpr int occlusion_fine = 3;
+constexpr int occlusion_coarse = 4;
+constexpr int occlusion_floor = 5;
+} // namespace unit
 
-void set_attribute(GLuint index, int size, std::size_t stride, std::size_t offset, GLuint divisor) {
-    glEnableVertexAttribArray(index);
-    glVertexAttribPointer(index, size, GL_FLOAT, GL_FALSE, static_cast<GLsizei>(stride),
-                          reinterpret_cast<const void*>(offset));
-    glVertexAttribDivisor(index, divisor);
+void bind_texture(int texture_unit, GLenum target, const GlTexture& texture) {
+    glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(texture_unit));
+    glBindTexture(target, texture.get());
 }
 
-GlMesh upload(const Mesh& mesh, const GlBuffer& instances) {
-    GlMesh result;
-    result.vertex_array = GlVertexArray::create();
-    result.vertices = GlBuffer::create();
-    result.indices = GlBuffer::create();
-    result.index_count = static_cast<GLsizei>(mesh.indices.size());
-    glBindVertexArray(result.vertex_array.get());
-    glBindBuffer(GL_ARRAY_BUFFER, result.vertices.get());
-    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(Vertex)),
-                 mesh.vertices.data(), GL_STATIC_DRAW);
-    set_attribute(0, 3, sizeof(Vertex), offsetof(Vertex, position), 0);
-    set_attribute(1, 3, sizeof(Vertex), offsetof(Vertex, normal), 0);
-    glBindBuffer(GL_ARRAY_BUFFER, instances.get());
-    set_attribute(2, 4, sizeof(Instance), offsetof(Instance, orientation), 1);
-    set_attribute(3, 4, sizeof(Instance), offsetof(Instance, position), 1);
-    set_attribute(4, 4, sizeof(Instance), offsetof(Instance, scale), 1);
-    set_attribute(5, 3, sizeof(Instance), offsetof(Instance, color), 1);
-    set_attribute(6, 3, sizeof(Instance), offsetof(Instance, pattern_color), 1);
-    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, result.indices.get());
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-                 static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)), mesh.indices.data(),
-                 GL_STATIC_DRAW);
-    return result;
-}
-
-/// A framebuffer with its attachments.
+/// Colour, part numbers and depth of the picture.
 struct Target {
     GlFramebuffer framebuffer;
     GlRenderbuffer color;
+    GlRenderbuffer ids;
     GlRenderbuffer depth;
 };
-
-GlRenderbuffer make_renderbuffer(GLenum format, int width, int height, int samples) {
-    GlRenderbuffer buffer = GlRenderbuffer::create();
-    glBindRenderbuffer(GL_RENDERBUFFER, buffer.get());
-    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width, height);
-    return buffer;
-}
 
 void check_framebuffer() {
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
@@ -97,33 +67,24 @@ void check_framebuffer() {
     }
 }
 
-Target make_target(int width, int height, int samples, bool has_depth) {
+Target make_target(int width, int height) {
     Target target;
     target.framebuffer = GlFramebuffer::create();
     glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.get());
-    target.color = make_renderbuffer(GL_RGBA8, width, height, samples);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, target.color.get());
-    if (has_depth) {
-        target.depth = make_renderbuffer(GL_DEPTH_COMPONENT32F, width, height, samples);
-        glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, target.depth.get());
-    }
+    const auto attach = [&](GLenum attachment, GLenum format) {
+        GlRenderbuffer buffer = GlRenderbuffer::create();
+        glBindRenderbuffer(GL_RENDERBUFFER, buffer.get());
+        glRenderbufferStorage(GL_RENDERBUFFER, format, width, height);
+        glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer.get());
+        return buffer;
+    };
+    target.color = attach(GL_COLOR_ATTACHMENT0, GL_RGBA8);
+    target.ids = attach(GL_COLOR_ATTACHMENT1, GL_R32UI);
+    target.depth = attach(GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT32F);
+    constexpr GLenum attachments[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    glDrawBuffers(2, attachments);
     check_framebuffer();
     return target;
-}
-
-/// Drops the alpha channel and turns the picture the right way up: OpenGL's first row is the lowest.
-Image flipped_rgb(const std::vector<std::uint8_t>& rgba, int width, int height) {
-    Image image(width, height);
-    for (int y = 0; y < height; ++y) {
-        const std::uint8_t* from = rgba.data() + static_cast<std::size_t>(height - 1 - y) * width * 4;
-        std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(y) * width * 3;
-        for (int x = 0; x < width; ++x) {
-            to[3 * x] = from[4 * x];
-            to[3 * x + 1] = from[4 * x + 1];
-            to[3 * x + 2] = from[4 * x + 2];
-        }
-    }
-    return image;
 }
 
 } // namespace
@@ -133,77 +94,90 @@ struct Renderer::Impl {
     const sim::SceneDef scene;
     const sim::CameraDef camera;
     Viewport viewport;
-    int samples;
-    LatheTable lathes;
+    SceneGeometry geometry;
 
     GlBuffer instances;
     GlBuffer frame_block;
-    GlBuffer corner_buffer;
-    GlVertexArray corners;
     std::vector<GlMesh> meshes; // by mesh id
+    ElementArray face_array;
+    ElementArray box_array;
+    ElementArray floor_inside;
+    ElementArray floor_ring;
+    ElementArray sky_array;
+    TexelTable faces;
+    TexelTable boxes;
+    GlTexture occlusion_fine;
+    GlTexture occlusion_coarse;
+    GlTexture occlusion_floor;
     Target picture;
-    Target resolved; // only with several samples
     GlFramebuffer shadow_framebuffer;
     GlTexture shadow_map;
 
-    Program shadow_program;
-    Program floor_program;
+    Program shadow_box_program;
+    Program shadow_round_program;
+    Program floor_inside_program;
+    Program floor_ring_program;
     Program sky_program;
-    std::map<std::pair<bool, sim::Pattern>, Program> surface_programs; // by (is of revolution, pattern)
-    std::vector<std::uint8_t> rgba;
+    std::map<std::pair<sim::Pattern, bool>, Program> face_programs; // by (pattern, is lit)
+    std::map<sim::Pattern, Program> round_programs;
+    RawPicture raw;
 
     Impl(const sim::SceneDef& scene_def, int width, int height, const RenderSettings& settings)
         : scene(scene_def),
           camera(find_camera(scene, settings.camera.empty() ? scene.output.camera : settings.camera)),
-          viewport{width, height, settings.shadow_size}, samples(settings.samples),
-          lathes(make_lathe_table(scene)) {
-        CHECK(width > 0 && height > 0 && settings.shadow_size > 0);
-        make_meshes();
+          viewport{width, height, settings.shadow_size}, geometry(make_scene_geometry(scene)) {
+        CHECK(width > 0 && height > 0 && settings.shadow_size > 8);
+        make_geometry();
         make_targets();
-        shadow_program = Program("shadow.vert", "shadow.frag");
-        floor_program = Program("floor.vert", "floor.frag");
+        shadow_box_program = Program("shadow_box.vert", "shadow.frag");
+        shadow_round_program = Program("shadow_round.vert", "shadow.frag");
+        floor_inside_program = Program("floor.vert", "floor.frag", "#define SHADOWED 1\n");
+        floor_ring_program = Program("floor.vert", "floor.frag", "#define SHADOWED 0\n");
         sky_program = Program("sky.vert", "sky.frag");
-        rgba.resize(static_cast<std::size_t>(width) * height * 4);
+        raw.width = width;
+        raw.height = height;
+        raw.rgba.resize(static_cast<std::size_t>(width) * height * 4);
+        raw.ids.resize(static_cast<std::size_t>(width) * height);
         context.check("preparing the renderer");
     }
 
-    void make_meshes() {
+    void make_geometry() {
         instances = GlBuffer::create();
         frame_block = GlBuffer::create();
-        meshes.push_back(upload(make_box_mesh(), instances));
-        meshes.push_back(upload(make_sphere_mesh(sphere_rings_fine), instances));
-        meshes.push_back(upload(make_sphere_mesh(sphere_rings_coarse), instances));
-        meshes.push_back(upload(make_cylinder_mesh(rod_sides), instances));
-        for (const std::vector<glm::vec2>& profile : lathes.profiles) {
-            meshes.push_back(upload(make_lathe_mesh(profile, lathe_sides), instances));
+        meshes.push_back(upload_mesh(make_sphere_mesh(sphere_rings_fine), instances));
+        meshes.push_back(upload_mesh(make_sphere_mesh(sphere_rings_coarse), instances));
+        meshes.push_back(upload_mesh(make_lathe_mesh(rod_profile(), rod_sides), instances));
+        for (const std::vector<glm::vec2>& profile : geometry.profiles) {
+            meshes.push_back(upload_mesh(make_lathe_mesh(profile, lathe_sides), instances));
         }
-        constexpr float corner_positions[] = {-1, -1, 1, -1, -1, 1, 1, 1, -1, -1, 3, -1, -1, 3};
-        corners = GlVertexArray::create();
-        corner_buffer = GlBuffer::create();
-        glBindVertexArray(corners.get());
-        glBindBuffer(GL_ARRAY_BUFFER, corner_buffer.get());
-        glBufferData(GL_ARRAY_BUFFER, sizeof(corner_positions), corner_positions, GL_STATIC_DRAW);
-        set_attribute(0, 2, 2 * sizeof(float), 0, 0);
+        constexpr std::uint32_t quad[] = {0, 1, 3, 0, 3, 2};
+        // Corner i lies at x, y, z = +-1 by the bits 1, 2, 4 of i.
+        constexpr std::uint32_t cube[] = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
+                                          2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
+        constexpr std::uint32_t fan[] = {0, 1, 2, 0, 2, 3};
+        constexpr std::uint32_t ring[] = {0, 4, 5, 0, 5, 1, 1, 5, 6, 1, 6, 2,
+                                          2, 6, 7, 2, 7, 3, 3, 7, 4, 3, 4, 0};
+        constexpr std::uint32_t triangle[] = {0, 1, 2};
+        face_array = ElementArray(quad, 4);
+        box_array = ElementArray(cube, 8);
+        floor_inside = ElementArray(fan, 8);
+        floor_ring = ElementArray(ring, 8);
+        sky_array = ElementArray(triangle, 3);
+        faces = make_texel_table();
+        boxes = make_texel_table();
     }
 
     void make_targets() {
-        picture = make_target(viewport.width, viewport.height, samples, true);
-        if (samples > 1) {
-            resolved = make_target(viewport.width, viewport.height, 1, false);
-        }
-        shadow_map = GlTexture::create();
-        glBindTexture(GL_TEXTURE_2D, shadow_map.get());
+        picture = make_target(viewport.width, viewport.height);
+        occlusion_fine = make_float_texture(GL_TEXTURE_3D, 0.0f);
+        occlusion_coarse = make_float_texture(GL_TEXTURE_3D, 0.0f);
+        occlusion_floor = make_float_texture(GL_TEXTURE_2D, 1.0f);
+        // Outside the map everything is lit.
+        shadow_map = make_float_texture(GL_TEXTURE_2D, 1.0f);
         glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, viewport.shadow_size, viewport.shadow_size, 0,
                      GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-        // Outside the map everything is lit.
-        constexpr float border[] = {1, 1, 1, 1};
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
-        glTexParameterfv(GL_TEXTURE_2D, GL_TEXTURE_BORDER_COLOR, border);
         shadow_framebuffer = GlFramebuffer::create();
         glBindFramebuffer(GL_FRAMEBUFFER, shadow_framebuffer.get());
         glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, shadow_map.get(), 0);
@@ -213,17 +187,20 @@ struct Renderer::Impl {
     }
 
     Image draw(const sim::Snapshot& snapshot) {
-        const DrawList list = make_draw_list(scene, lathes, camera, snapshot, viewport);
+        const DrawList list = make_draw_list(scene, geometry, camera, snapshot, viewport);
         upload_frame(list);
         draw_shadow_map(list);
         draw_picture(list);
-        return read_picture();
+        read_picture();
+        return smooth_edges(raw, geometry, list);
     }
 
     void upload_frame(const DrawList& list) {
         glBindBuffer(GL_ARRAY_BUFFER, instances.get());
-        glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(list.instances.size() * sizeof(Instance)),
-                     list.instances.data(), GL_STREAM_DRAW);
+        glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(list.rounds.size() * sizeof(Instance)),
+                     list.rounds.data(), GL_STREAM_DRAW);
+        upload_texels(faces, list.faces.data(), list.faces.size() * sizeof(Face));
+        upload_texels(boxes, list.boxes.data(), list.boxes.size() * sizeof(Instance));
 
         // From clip coordinates (-1..1 across, 0..1 in depth) to texture coordinates.
         glm::mat4 texture_from_clip(1.0f);
@@ -242,9 +219,28 @@ struct Renderer::Impl {
         glBindBuffer(GL_UNIFORM_BUFFER, frame_block.get());
         glBufferData(GL_UNIFORM_BUFFER, sizeof(block), &block, GL_STREAM_DRAW);
         glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame_block.get());
+
+        bind_texture(unit::shadow_map, GL_TEXTURE_2D, shadow_map);
+        bind_texture(unit::faces, GL_TEXTURE_BUFFER, faces.texture);
+        bind_texture(unit::boxes, GL_TEXTURE_BUFFER, boxes.texture);
+        bind_texture(unit::occlusion_fine, GL_TEXTURE_3D, occlusion_fine);
+        bind_texture(unit::occlusion_coarse, GL_TEXTURE_3D, occlusion_coarse);
+        if (!list.rounds.empty()) {
+            upload_volume(unit::occlusion_fine, list.occlusion.size(), list.occlusion.filled());
+            upload_volume(unit::occlusion_coarse, list.occlusion.coarse_size(), list.occlusion.coarse());
+        }
     }
 
-    void draw_batch(const Batch& batch) const {
+    static void upload_volume(int texture_unit, const glm::ivec3& size, const std::vector<float>& values) {
+        constexpr float empty = 0.0f;
+        const bool is_empty = values.empty();
+        const glm::ivec3 s = is_empty ? glm::ivec3(1) : size;
+        glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(texture_unit));
+        glTexImage3D(GL_TEXTURE_3D, 0, GL_R32F, s.x, s.y, s.z, 0, GL_RED, GL_FLOAT,
+                     is_empty ? &empty : values.data());
+    }
+
+    void draw_rounds(const RoundBatch& batch) const {
         const GlMesh& mesh = meshes.at(static_cast<std::size_t>(batch.mesh));
         glBindVertexArray(mesh.vertex_array.get());
         glDrawElementsInstancedBaseInstance(GL_TRIANGLES, mesh.index_count, GL_UNSIGNED_INT, nullptr,
@@ -262,24 +258,38 @@ struct Renderer::Impl {
         // Far sides only: what the sun sees is never compared with itself.
         glEnable(GL_CULL_FACE);
         glCullFace(GL_FRONT);
-        shadow_program.use();
-        shadow_program.set("clip_from_world_sun", list.shadow.clip_from_world);
-        for (const Batch& batch : list.batches) {
-            draw_batch(batch);
+        if (!list.boxes.empty()) {
+            shadow_box_program.use();
+            shadow_box_program.set("boxes", unit::boxes);
+            shadow_box_program.set("clip_from_world_sun", list.shadow.clip_from_world);
+            box_array.draw(0, static_cast<int>(list.boxes.size()));
+        }
+        shadow_round_program.use();
+        shadow_round_program.set("clip_from_world_sun", list.shadow.clip_from_world);
+        for (const RoundBatch& batch : list.round_batches) {
+            draw_rounds(batch);
         }
         glCullFace(GL_BACK);
     }
 
-    const Program& surface_program(const Batch& batch) {
-        const bool is_round = batch.mesh != mesh_id::box;
-        const auto key = std::make_pair(is_round, batch.pattern);
-        const auto known = surface_programs.find(key);
-        if (known != surface_programs.end()) {
+    const Program& face_program(sim::Pattern pattern, bool is_lit) {
+        const auto key = std::make_pair(pattern, is_lit);
+        const auto known = face_programs.find(key);
+        if (known != face_programs.end()) {
             return known->second;
         }
-        const std::string defines = "#define PATTERN " + std::to_string(static_cast<int>(batch.pattern)) +
-                                    "\n#define ROUND " + (is_round ? "1" : "0") + "\n";
-        return surface_programs.emplace(key, Program("surface.vert", "surface.frag", defines)).first->second;
+        const std::string defines = "#define PATTERN " + std::to_string(static_cast<int>(pattern)) +
+                                    "\n#define LIT " + (is_lit ? "1" : "0") + "\n";
+        return face_programs.emplace(key, Program("face.vert", "face.frag", defines)).first->second;
+    }
+
+    const Program& round_program(sim::Pattern pattern) {
+        const auto known = round_programs.find(pattern);
+        if (known != round_programs.end()) {
+            return known->second;
+        }
+        const std::string defines = "#define PATTERN " + std::to_string(static_cast<int>(pattern)) + "\n";
+        return round_programs.emplace(pattern, Program("round.vert", "round.frag", defines)).first->second;
     }
 
     void draw_picture(const DrawList& list) {
@@ -288,48 +298,65 @@ struct Renderer::Impl {
         // Depth 1 is near, 0 far (see CameraBlock).
         glDepthFunc(GL_GREATER);
         glClearDepth(0.0);
-        glClearColor(0, 0, 0, 1);
-        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-        glActiveTexture(GL_TEXTURE0);
-        glBindTexture(GL_TEXTURE_2D, shadow_map.get());
-        for (const Batch& batch : list.batches) {
-            surface_program(batch).use();
-            draw_batch(batch);
+        glClear(GL_DEPTH_BUFFER_BIT);
+        for (const FaceBatch& batch : list.face_batches) {
+            const Program& program = face_program(batch.pattern, batch.is_lit);
+            program.use();
+            program.set("shadow_map", unit::shadow_map);
+            program.set("faces", unit::faces);
+            face_array.draw(batch.first, batch.count);
         }
-        glBindVertexArray(corners.get());
-        draw_floors(list);
+        for (const RoundBatch& batch : list.round_batches) {
+            const Program& program = round_program(batch.pattern);
+            program.use();
+            program.set("shadow_map", unit::shadow_map);
+            program.set("occlusion_fine", unit::occlusion_fine);
+            program.set("occlusion_coarse", unit::occlusion_coarse);
+            program.set("occlusion_corner", glm::vec4(list.occlusion.lower(), list.occlusion.cell()));
+            draw_rounds(batch);
+        }
+        for (const Floor& floor : list.floors) {
+            draw_floor(floor, list);
+        }
         glDepthFunc(GL_EQUAL);
         glDepthMask(GL_FALSE);
         sky_program.use();
-        glDrawArrays(GL_TRIANGLES, 4, 3);
+        sky_array.draw(0, 1);
         glDepthMask(GL_TRUE);
     }
 
-    void draw_floors(const DrawList& list) {
-        floor_program.use();
-        for (const Floor& floor : list.floors) {
-            floor_program.set("origin", floor.origin);
-            floor_program.set("tangent", floor.tangent);
-            floor_program.set("normal", floor.normal);
-            floor_program.set("grid_origin", floor.grid_origin);
-            floor_program.set("color", floor.color);
-            floor_program.set("line_color", floor.line_color);
-            glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    void draw_floor(const Floor& floor, const DrawList& list) {
+        glActiveTexture(GL_TEXTURE0 + unit::occlusion_floor);
+        glBindTexture(GL_TEXTURE_2D, occlusion_floor.get());
+        const FloorOcclusion occlusion = floor_occlusion(floor, list.occlusion);
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, occlusion.width, occlusion.height, 0, GL_RED, GL_FLOAT,
+                     occlusion.open.data());
+        for (const bool is_inside : {true, false}) {
+            const Program& program = is_inside ? floor_inside_program : floor_ring_program;
+            program.use();
+            program.set("shadow_map", unit::shadow_map);
+            program.set("occlusion", unit::occlusion_floor);
+            program.set("occlusion_place", occlusion.place);
+            program.set("origin", floor.origin);
+            program.set("tangent", floor.tangent);
+            program.set("normal", floor.normal);
+            program.set("grid_origin", floor.grid_origin);
+            program.set("corners", floor.shadowed);
+            program.set("ring_scale", floor.ring_scale);
+            program.set("color", floor.color);
+            program.set("line_color", floor.line_color);
+            program.set("id", floor.id);
+            (is_inside ? floor_inside : floor_ring).draw(0, 1);
         }
     }
 
-    Image read_picture() {
-        if (samples > 1) {
-            glBindFramebuffer(GL_READ_FRAMEBUFFER, picture.framebuffer.get());
-            glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved.framebuffer.get());
-            glBlitFramebuffer(0, 0, viewport.width, viewport.height, 0, 0, viewport.width, viewport.height,
-                              GL_COLOR_BUFFER_BIT, GL_NEAREST);
-            glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved.framebuffer.get());
-        }
+    void read_picture() {
         glPixelStorei(GL_PACK_ALIGNMENT, 4);
-        glReadPixels(0, 0, viewport.width, viewport.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+        glReadBuffer(GL_COLOR_ATTACHMENT0);
+        glReadPixels(0, 0, viewport.width, viewport.height, GL_RGBA, GL_UNSIGNED_BYTE, raw.rgba.data());
+        glReadBuffer(GL_COLOR_ATTACHMENT1);
+        glReadPixels(0, 0, viewport.width, viewport.height, GL_RED_INTEGER, GL_UNSIGNED_INT, raw.ids.data());
         context.check("drawing a frame");
-        return flipped_rgb(rgba, viewport.width, viewport.height);
     }
 };
 

@@ -96,5 +96,11 @@ void Program::set(const char* name, const glm::vec4& value) const {
 void Program::set(const char* name, const glm::mat4& value) const {
     glUniformMatrix4fv(location(name), 1, GL_FALSE, glm::value_ptr(value));
 }
+void Program::set(const char* name, std::uint32_t value) const {
+    glUniform1ui(location(name), value);
+}
+void Program::set(const char* name, std::span<const glm::vec2> values) const {
+    glUniform2fv(location(name), static_cast<GLsizei>(values.size()), glm::value_ptr(values.front()));
+}
 
 } // namespace render

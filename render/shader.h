@@ -4,6 +4,8 @@
 
 #include <glm/glm.hpp>
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -29,6 +31,8 @@ public:
     void set(const char* name, const glm::vec3& value) const;
     void set(const char* name, const glm::vec4& value) const;
     void set(const char* name, const glm::mat4& value) const;
+    void set(const char* name, std::uint32_t value) const;
+    void set(const char* name, std::span<const glm::vec2> values) const;
 
 private:
     GLint location(const char* name) const { return glGetUniformLocation(program_.get(), name); }

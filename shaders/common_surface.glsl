@@ -8,17 +8,26 @@ vec2 mirrored_share(float roughness, float n_v) {
     return vec2(-1.04, 1.04) * a + r.zw;
 }
 
+struct Surface {
+    vec3 albedo;
+    float metallic;
+    float roughness;
+    vec3 normal;
+};
+
 // Radiance towards v. sunlit: share of the sun; open: share of the sky (ambient occlusion).
 // In uniform light with albedo 1 the result is that light: what is not mirrored reaches the base.
-vec3 shaded(vec3 albedo, float metallic, float roughness, vec3 n, vec3 v, float sunlit, float open) {
+vec3 shaded(Surface surface, vec3 v, float sunlit, float open) {
+    vec3 n = surface.normal;
+    float roughness = surface.roughness;
     float n_v = max(abs(dot(n, v)), 1e-3);
     float n_l = clamp(dot(n, frame.to_sun.xyz), 0.0, 1.0);
-    vec3 f0 = mix(vec3(0.04), albedo, metallic);
+    vec3 f0 = mix(vec3(0.04), surface.albedo, surface.metallic);
     vec2 share = mirrored_share(roughness, n_v);
     // Multiple scattering between facets (Turquin 2019): what single scattering loses is given back.
     vec3 compensation = 1.0 + f0 * (1.0 / (share.x + share.y) - 1.0);
     vec3 mirrored = (f0 * share.x + share.y) * compensation;
-    vec3 base = albedo * (1.0 - metallic) * (1.0 - mirrored);
+    vec3 base = surface.albedo * (1.0 - surface.metallic) * (1.0 - mirrored);
 
     // Direct light: D and V of GGX (Walter et al. 2007; Smith term as approximated by Hammon 2017).
     vec3 h = normalize(v + frame.to_sun.xyz);

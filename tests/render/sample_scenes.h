@@ -56,6 +56,7 @@ inline void set_camera(sim::SceneDef& scene, const sim::Vec3& eye, const sim::Ve
 }
 
 inline void add_floor(sim::SceneDef& scene) {
+    scene.light.to_sun = sim::Vec3(-0.35, -0.75, 0.85).normalized();
     scene.bodies.push_back(body(sim::Plane{}, {}, sim::Vec3(0.36, 0.36, 0.37)));
     scene.bodies.back().look.pattern_color = sim::Vec3(0.16, 0.16, 0.17);
 }

@@ -1,0 +1,368 @@
+#include "render/edges.h"
+
+#include "render/mesh.h"
+#include "sim/error.h"
+
+#include <glm/gtc/matrix_access.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace render {
+
+namespace {
+
+constexpr int sample_count = 8;
+/// Places of the samples about the pixel's centre [px]: one in each row and column of 8 x 8.
+constexpr std::array<float, sample_count> sample_x{0.0625f,  -0.0625f, 0.3125f, -0.1875f,
+                                                   -0.3125f, -0.4375f, 0.1875f, 0.4375f};
+constexpr std::array<float, sample_count> sample_y{-0.1875f, 0.1875f,  0.0625f, -0.3125f,
+                                                   0.3125f,  -0.0625f, 0.4375f, -0.4375f};
+
+/// A flat part in the picture. At window position p = (x, y, 1) the dot products of p with the three vectors
+/// are 1 / w, u / w and v / w: w is the distance along the view, and u, v in -1..1 are inside the face.
+struct FlatPart {
+    glm::vec3 inverse_w;
+    glm::vec3 u;
+    glm::vec3 v;
+    bool is_bounded;
+};
+
+/// A body of revolution; rays are followed in its frame, divided by its scale.
+struct RoundPart {
+    glm::vec3 origin;          ///< of all rays
+    glm::mat3 ray_from_window; ///< direction of the ray through (x, y, 1), such that w is the ray's parameter
+    const LatheBand* first;    ///< bands of this group; none for a sphere
+    const LatheBand* last;
+};
+
+/// What a part number stands for.
+struct PartRef {
+    enum class Kind { sky, flat, round } kind = Kind::sky;
+    std::uint32_t index = 0;
+};
+
+/// The largest 1 / w at which each sample's ray has met a part, and which one.
+struct Samples {
+    std::array<float, sample_count> inverse_w;
+    std::array<int, sample_count> winner;
+};
+
+/// Window homogeneous coordinates (x w, y w, w) of a direction from the eye.
+glm::mat3 window_from_direction(const CameraBlock& camera, int width, int height) {
+    const glm::vec3 x(glm::row(camera.clip_from_world, 0));
+    const glm::vec3 y(glm::row(camera.clip_from_world, 1));
+    const glm::vec3 w(glm::row(camera.clip_from_world, 3));
+    return glm::transpose(glm::mat3(0.5f * static_cast<float>(width) * (x + w),
+                                    0.5f * static_cast<float>(height) * (y + w), w));
+}
+
+/// All parts of a picture by number.
+class PartTable {
+public:
+    PartTable(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list)
+        : window_(window_from_direction(list.camera, raw.width, raw.height)), eye_(list.camera.eye) {
+        refs_.push_back({});
+        for (const WholeFace& face : list.whole_faces) {
+            add_flat(face.center, face.half_u, face.half_v, true);
+        }
+        for (const std::vector<glm::vec2>& profile : geometry.profiles) {
+            bands_.push_back(make_lathe_bands(profile));
+        }
+        rod_bands_ = make_lathe_bands(rod_profile());
+        for (const RoundBatch& batch : list.round_batches) {
+            for (int i = 0; i < batch.count; ++i) {
+                add_round(list.rounds[static_cast<std::size_t>(batch.first + i)], batch.mesh);
+            }
+        }
+        for (const Floor& floor : list.floors) {
+            add_flat(floor.origin, floor.tangent, glm::cross(floor.normal, floor.tangent), false);
+        }
+    }
+
+    std::size_t size() const { return refs_.size(); }
+
+    /// Marks with k the samples of the pixel at (x, y) whose ray meets part `id` before anything else so far.
+    void follow(std::uint32_t id, int k, const glm::vec2& pixel, Samples& samples) const {
+        const PartRef ref = refs_[id];
+        switch (ref.kind) {
+        case PartRef::Kind::sky:
+            for (int s = 0; s < sample_count; ++s) {
+                samples.winner[s] = samples.inverse_w[s] <= 0.0f ? k : samples.winner[s];
+            }
+            break;
+        case PartRef::Kind::flat:
+            follow_flat(flats_[ref.index], k, pixel, samples);
+            break;
+        case PartRef::Kind::round:
+            follow_round(rounds_[ref.index], k, pixel, samples);
+            break;
+        }
+    }
+
+private:
+    void add_flat(const glm::vec3& center, const glm::vec3& half_u, const glm::vec3& half_v,
+                  bool is_bounded) {
+        // w p = C + u U + v V in window coordinates, so (1, u, v) / w = [C U V]^-1 p.
+        const glm::mat3 inverse =
+            glm::inverse(glm::mat3(window_ * (center - eye_), window_ * half_u, window_ * half_v));
+        refs_.push_back({PartRef::Kind::flat, static_cast<std::uint32_t>(flats_.size())});
+        flats_.push_back({glm::row(inverse, 0), glm::row(inverse, 1), glm::row(inverse, 2), is_bounded});
+    }
+
+    void add_round(const Instance& instance, int mesh) {
+        CHECK(instance.id == refs_.size());
+        RoundPart part{};
+        part.origin = turned_back(instance.orientation, eye_ - instance.position) / instance.scale;
+        const glm::mat3 direction_from_window = glm::inverse(window_);
+        for (int i = 0; i < 3; ++i) {
+            part.ray_from_window[i] =
+                turned_back(instance.orientation, direction_from_window[i]) / instance.scale;
+        }
+        const auto add = [&](const LatheBand* first, const LatheBand* last) {
+            part.first = first;
+            part.last = last;
+            refs_.push_back({PartRef::Kind::round, static_cast<std::uint32_t>(rounds_.size())});
+            rounds_.push_back(part);
+        };
+        if (mesh == mesh_id::sphere_fine || mesh == mesh_id::sphere_coarse) {
+            add(nullptr, nullptr);
+            return;
+        }
+        const std::vector<LatheBand>& bands =
+            mesh == mesh_id::rod ? rod_bands_ : bands_[static_cast<std::size_t>(mesh - mesh_id::lathe_first)];
+        const LatheBand* end = bands.data() + bands.size();
+        for (const LatheBand* first = bands.data(); first != end;) {
+            const LatheBand* last =
+                std::find_if(first, end, [&](const LatheBand& b) { return b.group != first->group; });
+            add(first, last);
+            first = last;
+        }
+    }
+
+    static void follow_flat(const FlatPart& part, int k, const glm::vec2& pixel, Samples& samples) {
+        const auto at_center = [&](const glm::vec3& f) { return f.x * pixel.x + f.y * pixel.y + f.z; };
+        const float w0 = at_center(part.inverse_w);
+        if (!part.is_bounded) {
+            for (int s = 0; s < sample_count; ++s) {
+                const float inverse_w = w0 + part.inverse_w.x * sample_x[s] + part.inverse_w.y * sample_y[s];
+                const bool is_first = inverse_w > samples.inverse_w[s];
+                samples.inverse_w[s] = is_first ? inverse_w : samples.inverse_w[s];
+                samples.winner[s] = is_first ? k : samples.winner[s];
+            }
+            return;
+        }
+        const float u0 = at_center(part.u);
+        const float v0 = at_center(part.v);
+        for (int s = 0; s < sample_count; ++s) {
+            const float inverse_w = w0 + part.inverse_w.x * sample_x[s] + part.inverse_w.y * sample_y[s];
+            const float u = std::abs(u0 + part.u.x * sample_x[s] + part.u.y * sample_y[s]);
+            const float v = std::abs(v0 + part.v.x * sample_x[s] + part.v.y * sample_y[s]);
+            const bool is_first = (inverse_w > samples.inverse_w[s]) & (u <= inverse_w) & (v <= inverse_w);
+            samples.inverse_w[s] = is_first ? inverse_w : samples.inverse_w[s];
+            samples.winner[s] = is_first ? k : samples.winner[s];
+        }
+    }
+
+    static void follow_round(const RoundPart& part, int k, const glm::vec2& pixel, Samples& samples) {
+        for (int s = 0; s < sample_count; ++s) {
+            const glm::vec3 ray = part.ray_from_window[0] * (pixel.x + sample_x[s]) +
+                                  part.ray_from_window[1] * (pixel.y + sample_y[s]) + part.ray_from_window[2];
+            float w = std::numeric_limits<float>::max();
+            if (part.first == nullptr) {
+                w = meet_sphere(part.origin, ray);
+            }
+            for (const LatheBand* band = part.first; band != part.last; ++band) {
+                w = std::min(w, meet_band(*band, part.origin, ray));
+            }
+            if (1.0f / w > samples.inverse_w[s]) {
+                samples.inverse_w[s] = 1.0f / w;
+                samples.winner[s] = k;
+            }
+        }
+    }
+
+    /// Parameter > 0 at which the ray enters the unit sphere; the largest float if it does not.
+    static float meet_sphere(const glm::vec3& origin, const glm::vec3& ray) {
+        const float a = glm::dot(ray, ray);
+        const float b = glm::dot(origin, ray);
+        const float d = b * b - a * (glm::dot(origin, origin) - 1.0f);
+        const float t = d < 0.0f ? -1.0f : (-b - std::sqrt(d)) / a;
+        return t > 0.0f ? t : std::numeric_limits<float>::max();
+    }
+
+    /// The same for a cone's band, from outside or inside, or a flat ring.
+    static float meet_band(const LatheBand& band, const glm::vec3& o, const glm::vec3& ray) {
+        constexpr float none = std::numeric_limits<float>::max();
+        const float height = band.upper.y - band.lower.y;
+        if (height == 0.0f) {
+            const float t = (band.lower.y - o.z) / ray.z;
+            const glm::vec2 p = glm::vec2(o) + t * glm::vec2(ray);
+            const float radius = glm::length(p);
+            const auto [inner, outer] = std::minmax(band.lower.x, band.upper.x);
+            return t > 0.0f && radius >= inner && radius <= outer ? t : none;
+        }
+        // x^2 + y^2 = (q + k z)^2 along the ray.
+        const float slope = (band.upper.x - band.lower.x) / height;
+        const float radius = band.lower.x + slope * (o.z - band.lower.y);
+        const float a = ray.x * ray.x + ray.y * ray.y - slope * slope * ray.z * ray.z;
+        const float b = o.x * ray.x + o.y * ray.y - slope * ray.z * radius;
+        const float c = o.x * o.x + o.y * o.y - radius * radius;
+        const float d = b * b - a * c;
+        if (d < 0.0f || a == 0.0f) {
+            return none;
+        }
+        const auto [z0, z1] = std::minmax(band.lower.y, band.upper.y);
+        float nearest = none;
+        for (const float root : {-std::sqrt(d), std::sqrt(d)}) {
+            const float t = (-b + root) / a;
+            const float z = o.z + t * ray.z;
+            if (t > 0.0f && t < nearest && z >= z0 && z <= z1) {
+                nearest = t;
+            }
+        }
+        return nearest;
+    }
+
+    glm::mat3 window_;
+    glm::vec3 eye_;
+    std::vector<PartRef> refs_;
+    std::vector<FlatPart> flats_;
+    std::vector<RoundPart> rounds_;
+    std::vector<std::vector<LatheBand>> bands_;
+    std::vector<LatheBand> rod_bands_;
+};
+
+/// The parts of 3 x 3 pixels and the colours they have there.
+struct Candidates {
+    int count = 0;
+    std::array<std::uint32_t, 9> id;
+    std::array<std::array<int, 3>, 9> color; ///< sum over the pixels
+    std::array<int, 9> pixels;
+};
+
+/// Colours and part numbers of one row and its neighbours; the picture's border repeats.
+struct RowWindow {
+    std::array<const std::uint32_t*, 3> ids;
+    std::array<const std::uint8_t*, 3> rgba;
+    int width;
+};
+
+Candidates collect(const RowWindow& rows, int x) {
+    Candidates found;
+    const auto add = [&](int row, int column) {
+        const std::uint32_t id = rows.ids[row][column];
+        const std::uint8_t* color = rows.rgba[row] + 4 * static_cast<std::size_t>(column);
+        for (int k = 0; k < found.count; ++k) {
+            if (found.id[k] == id) {
+                // The part at the pixel's own centre keeps the colour it has there.
+                if (k > 0) {
+                    for (int c = 0; c < 3; ++c) {
+                        found.color[k][c] += color[c];
+                    }
+                    ++found.pixels[k];
+                }
+                return;
+            }
+        }
+        const int k = found.count++;
+        found.id[k] = id;
+        found.color[k] = {color[0], color[1], color[2]};
+        found.pixels[k] = 1;
+    };
+    const int left = std::max(x - 1, 0);
+    const int right = std::min(x + 1, rows.width - 1);
+    add(1, x);
+    add(1, left);
+    add(1, right);
+    for (const int row : {0, 2}) {
+        add(row, x);
+        add(row, left);
+        add(row, right);
+    }
+    return found;
+}
+
+/// Mean of the eight samples of the pixel whose centre is at `pixel`.
+void smooth_pixel(const PartTable& parts, const Candidates& found, const glm::vec2& pixel, std::uint8_t* to) {
+    Samples samples;
+    samples.inverse_w.fill(0.0f);
+    samples.winner.fill(0);
+    for (int k = 0; k < found.count; ++k) {
+        parts.follow(found.id[k], k, pixel, samples);
+    }
+    std::array<int, 9> hits{};
+    for (int s = 0; s < sample_count; ++s) {
+        ++hits[static_cast<std::size_t>(samples.winner[s])];
+    }
+    std::array<float, 3> sum{};
+    for (int k = 0; k < found.count; ++k) {
+        const float share = static_cast<float>(hits[k]) / static_cast<float>(found.pixels[k] * sample_count);
+        for (int c = 0; c < 3; ++c) {
+            sum[c] += share * static_cast<float>(found.color[k][c]);
+        }
+    }
+    for (int c = 0; c < 3; ++c) {
+        to[c] = static_cast<std::uint8_t>(sum[c] + 0.5f);
+    }
+}
+
+} // namespace
+
+Image flipped(const RawPicture& raw) {
+    Image image(raw.width, raw.height);
+    for (int y = 0; y < raw.height; ++y) {
+        const std::uint8_t* from =
+            raw.rgba.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 4;
+        std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(y) * raw.width * 3;
+        for (int x = 0; x < raw.width; ++x) {
+            to[3 * x] = from[4 * x];
+            to[3 * x + 1] = from[4 * x + 1];
+            to[3 * x + 2] = from[4 * x + 2];
+        }
+    }
+    return image;
+}
+
+Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list) {
+    const PartTable parts(raw, geometry, list);
+    Image image = flipped(raw);
+    // Whether a pixel's part differs from those above or below, and from the one to the right.
+    std::vector<std::uint8_t> differs_across(static_cast<std::size_t>(raw.width));
+    std::vector<std::uint8_t> differs_along(static_cast<std::size_t>(raw.width) + 1);
+    for (int y = 0; y < raw.height; ++y) {
+        RowWindow rows{{}, {}, raw.width};
+        for (int k = 0; k < 3; ++k) {
+            const auto row = static_cast<std::size_t>(std::clamp(y + k - 1, 0, raw.height - 1)) * raw.width;
+            rows.ids[k] = raw.ids.data() + row;
+            rows.rgba[k] = raw.rgba.data() + 4 * row;
+        }
+        const std::uint32_t* below = rows.ids[0];
+        const std::uint32_t* here = rows.ids[1];
+        const std::uint32_t* above = rows.ids[2];
+        for (int x = 0; x < raw.width; ++x) {
+            differs_across[x] = (here[x] != below[x]) | (here[x] != above[x]);
+        }
+        // Element x + 1 tells of the pixels x and x + 1.
+        for (int x = 0; x + 1 < raw.width; ++x) {
+            differs_along[x + 1] = here[x] != here[x + 1];
+        }
+        differs_along[raw.width] = 0;
+        std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 3;
+        for (int x = 0; x < raw.width; ++x) {
+            const int left = std::max(x - 1, 0);
+            const int right = std::min(x + 1, raw.width - 1);
+            if (differs_across[left] | differs_across[x] | differs_across[right] | differs_along[x] |
+                differs_along[x + 1]) {
+                const Candidates found = collect(rows, x);
+                smooth_pixel(parts, found, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f},
+                             to + 3 * x);
+            }
+        }
+    }
+    return image;
+}
+
+} // namespace render

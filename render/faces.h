@@ -1,0 +1,21 @@
+#pragma once
+/// The flat faces that a camera sees of the boxes, in patches small enough for the sky's share to be linear.
+#include "render/draw_list.h"
+
+#include <span>
+
+namespace render {
+
+/// A placed part together with what sorts it.
+struct Part {
+    Instance instance;
+    int mesh; ///< mesh_id of a round part, -1 of a box
+    sim::Pattern pattern;
+    float depth; ///< along the view [m]
+};
+
+/// Adds faces, whole faces and their batches to a list whose camera, light and occlusion are set.
+/// boxes: nearest first.
+void add_faces(std::span<const Part> boxes, DrawList& list);
+
+} // namespace render

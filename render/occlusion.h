@@ -1,0 +1,58 @@
+#pragma once
+/// Ambient occlusion: how much of the sky a point sees, from a coarse volume of what is filled with bodies.
+#include "render/draw_types.h"
+
+#include <glm/glm.hpp>
+
+#include <span>
+#include <vector>
+
+namespace render {
+
+/// Filled share of the cells of a grid.
+class OcclusionVolume {
+public:
+    OcclusionVolume() = default;
+    /// Empty volume of cells of side `cell` [m] that covers lower..upper [m]; its place is a multiple of the
+    /// cell, its size at most `most_cells` along an axis.
+    OcclusionVolume(const glm::vec3& lower, const glm::vec3& upper, float cell);
+
+    void add_box(const Instance& box);
+    /// A sphere, a rod, or what fills about the same: an ellipsoid of the instance's scale.
+    void add_ellipsoid(const Instance& instance);
+    /// Surface of revolution of the given (radius, z) profile [m].
+    void add_lathe(const Instance& instance, std::span<const glm::vec2> profile);
+    /// All below the plane through `origin` with unit `normal`.
+    void add_half_space(const glm::vec3& origin, const glm::vec3& normal);
+    /// Call once, when all is added: prepares what is seen from afar.
+    void finish();
+
+    /// Share 0..1 of the sky that is open at a point of a surface with unit normal; 1 outside the volume.
+    float open_share(const glm::vec3& position, const glm::vec3& normal) const;
+
+    bool is_empty() const { return filled_.empty(); }
+    const glm::ivec3& size() const { return size_; }
+    float cell() const { return cell_; }
+    glm::vec3 lower() const { return lower_; }
+    glm::vec3 upper() const { return lower_ + glm::vec3(size_) * cell_; }
+    /// [size.z][size.y][size.x] filled share 0..1 of each cell.
+    const std::vector<float>& filled() const { return filled_; }
+    /// Cells of 4 x 4 x 4 from the same corner, and the mean of each.
+    const glm::ivec3& coarse_size() const { return coarse_size_; }
+    const std::vector<float>& coarse() const { return coarse_; }
+
+    static constexpr int most_cells = 128;
+
+private:
+    template <class Share>
+    void add(const Instance& instance, const Share& share);
+
+    glm::vec3 lower_{0.0f}; ///< [m]
+    float cell_ = 1.0f;     ///< [m]
+    glm::ivec3 size_{0};    ///< cells
+    std::vector<float> filled_;
+    glm::ivec3 coarse_size_{0};
+    std::vector<float> coarse_; ///< mean of 4 x 4 x 4 cells
+};
+
+} // namespace render
