@@ -107,8 +107,10 @@ void TrajectoryWriter::Impl::open() {
     const Handle access = checker.check(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     // The format of HDF5 1.10: its own structures carry checksums too.
     checker.check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110));
+    const Handle creation = checker.check(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+    checker.check(H5Pset_obj_track_times(creation.get(), false));   // of the root group
     const std::string part = part_path(checker.path).string();
-    file = checker.check(H5Fcreate(part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), H5Fclose);
+    file = checker.check(H5Fcreate(part.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
 }
 
 void TrajectoryWriter::Impl::describe(const SceneDef& scene) {

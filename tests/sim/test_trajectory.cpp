@@ -5,9 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <thread>
 
 using namespace sim;
 namespace fs = std::filesystem;
@@ -118,11 +120,13 @@ TEST(trajectory, records_and_description_are_read_back_bit_for_bit) {
     }
 }
 
-TEST(trajectory, same_records_give_the_same_bytes) {
+// HDF5 would write the time, in whole seconds.
+TEST(trajectory, same_records_give_the_same_bytes_at_any_time) {
     const fs::path folder = fresh_folder();
     write_trajectory(folder / "a.h5", test_scene(), 50);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1100));
     write_trajectory(folder / "b.h5", test_scene(), 50);
-    EXPECT_EQ(read_text_file(folder / "a.h5"), read_text_file(folder / "b.h5"));
+    EXPECT_TRUE(read_text_file(folder / "a.h5") == read_text_file(folder / "b.h5"));
 }
 
 TEST(trajectory, a_scene_without_bodies_and_overrides_is_read_back) {
