@@ -24,6 +24,7 @@ void catch_interrupts() {
     for (const int signal_number : {SIGINT, SIGTERM, SIGHUP}) {
         sigaction(signal_number, &action, nullptr);
     }
+    std::signal(SIGXFSZ, SIG_IGN);
 }
 
 bool is_interrupted() {

@@ -16,7 +16,6 @@ using namespace std::chrono_literals;
 constexpr auto terminal_interval = 200ms; // readable, and not a burden for a slow connection
 constexpr auto log_interval = 5s;
 constexpr auto rate_window = 20s; // the rate is that of this time: steps grow dearer as a pile grows
-constexpr std::size_t sample_limit = 1000;
 
 } // namespace
 
@@ -42,7 +41,7 @@ std::string Progress::line(std::int64_t done) const {
     std::string text =
         fmt::format("{}: {} of {} {} ({} %)", label_, done, total_, unit_, 100 * done / total_);
     const Sample& first = samples_.front();
-    const double seconds = std::chrono::duration<double>(samples_.back().time - first.time).count();
+    const double seconds = std::chrono::duration<double>(Clock::now() - first.time).count();
     const auto progress = static_cast<double>(done - first.done);
     if (progress > 0 && seconds > 0) {
         const double rate = progress / seconds;
@@ -57,9 +56,11 @@ void Progress::update(std::int64_t done) {
     if (is_quiet_ || now - last_print_ < (is_terminal_ ? Clock::duration(terminal_interval) : log_interval)) {
         return;
     }
-    samples_.push_back({now, done});
-    while (samples_.size() > sample_limit ||
-           (samples_.size() > 2 && now - samples_.front().time > rate_window)) {
+    if (samples_.back().done < done) {
+        samples_.push_back({now, done});
+    }
+    // The rate needs an earlier sample than the newest, however long that takes.
+    while (samples_.size() > 2 && now - samples_.front().time > rate_window) {
         samples_.pop_front();
     }
     last_print_ = now;

@@ -140,7 +140,7 @@ TEST(video_writer, same_pictures_and_settings_give_the_same_bytes_and_no_version
     write_film(folder / "a.mp4", test_pictures(96, 64, 12), settings);
     write_film(folder / "b.mp4", test_pictures(96, 64, 12), settings);
     const std::string bytes = sim::read_text_file(folder / "a.mp4");
-    EXPECT_EQ(bytes, sim::read_text_file(folder / "b.mp4"));
+    EXPECT_TRUE(bytes == sim::read_text_file(folder / "b.mp4"));
     EXPECT_EQ(bytes.find("Lavf"), std::string::npos);
     EXPECT_EQ(bytes.find("Lavc"), std::string::npos);
     // x264 writes its settings into the stream: none may depend on the number of cores.

@@ -1,0 +1,362 @@
+/// The built program as a user runs it: exit codes, files, messages.
+#include "render/film.h"
+#include "sim/file_io.h"
+#include "sim/scene_file.h"
+#include "sim/trajectory.h"
+#include "tests/support/film_reader.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cstdlib>
+#include <set>
+#include <sys/wait.h>
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A block falls on the floor: 8 frames, of which the first is the start.
+constexpr const char* scene_text = R"(title = "A block falls"
+[output]
+width = 320
+height = 180
+duration = 0.4
+fps = 20
+[[body]]
+name = "floor"
+shape = { kind = "plane" }
+static = true
+[[body]]
+name = "block"
+shape = { kind = "box", half_extents = [0.5, 0.5, 0.5] }
+density = 1000
+position = [0, 0, 0.9]
+angular_velocity = [1, 2, 3]
+)";
+constexpr int frame_count = 8;
+
+struct Outcome {
+    int code = -1;
+    std::string out;
+    std::string err;
+};
+
+class program : public testing::Test {
+protected:
+    fs::path folder;
+
+    void SetUp() override {
+        folder = fs::path(TUMBLE_OUT_DIR) / "test" / "program" /
+                 testing::UnitTest::GetInstance()->current_test_info()->name();
+        fs::remove_all(folder);
+        fs::create_directories(folder);
+        sim::write_file(folder / "block.toml", std::string(scene_text));
+    }
+
+    /// Runs shell commands in the test's folder; "$TUMBLE" is the program.
+    Outcome shell(const std::string& commands) const {
+        sim::write_file(folder / "commands.sh",
+                        "cd '" + folder.string() + "'\nTUMBLE='" TUMBLE_PROGRAM "'\n" + commands);
+        const std::string file = (folder / "commands.sh").string();
+        const std::string out = (folder / "stdout.txt").string();
+        const std::string err = (folder / "stderr.txt").string();
+        const int status = std::system(("bash '" + file + "' >'" + out + "' 2>'" + err + "'").c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, sim::read_text_file(out),
+                sim::read_text_file(err)};
+    }
+
+    Outcome tumble(const std::string& arguments) const { return shell("\"$TUMBLE\" " + arguments); }
+
+    std::string bytes(const fs::path& name) const { return sim::read_text_file(folder / name); }
+
+    /// Paths of all files in a folder, relative to it.
+    std::set<std::string> files_in(const fs::path& name) const {
+        std::set<std::string> names;
+        if (fs::exists(folder / name)) {
+            for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder / name)) {
+                if (entry.is_regular_file()) {
+                    names.insert(fs::relative(entry.path(), folder / name).string());
+                }
+            }
+        }
+        return names;
+    }
+
+    std::set<std::string> expected_files() const {
+        std::set<std::string> names{"block.mp4", "trajectory.h5", "summary.json"};
+        for (int k = 0; k < frame_count; ++k) {
+            names.insert(render::frame_file_name(k));
+        }
+        return names;
+    }
+};
+
+void expect_one_line(const std::string& text) {
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+}
+
+} // namespace
+
+TEST_F(program, run_writes_frames_film_trajectory_and_summary) {
+    const Outcome outcome = tumble("run block.toml");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    expect_one_line(outcome.out);
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_EQ(files_in("out/block"), expected_files());
+
+    // The film is its frames, each at its time.
+    const test::Film film = test::read_film(folder / "out/block/block.mp4");
+    ASSERT_EQ(film.frames.size(), static_cast<std::size_t>(frame_count));
+    EXPECT_EQ(film.width, 320);
+    EXPECT_EQ(film.height, 180);
+    EXPECT_EQ(film.metadata.at("title"), "A block falls");
+    for (int k = 0; k < frame_count; ++k) {
+        EXPECT_EQ(film.times[k], sim::make_rational(k, 20));
+        const render::Image picture = render::read_image(folder / "out/block" / render::frame_file_name(k));
+        EXPECT_EQ(picture.width, 320);
+        EXPECT_EQ(picture.height, 180);
+        // Half-size chroma costs most; a frame in the wrong place reads below 30 dB.
+        EXPECT_GT(test::psnr(test::to_rgb(film.frames[k]), picture), 34.0) << "frame " << k;
+    }
+
+    // The summary knows every other file.
+    const nlohmann::json summary = nlohmann::json::parse(bytes("out/block/summary.json"));
+    EXPECT_EQ(summary["steps"], 400);
+    EXPECT_EQ(summary["simulated_time_s"], 0.4);
+    std::set<std::string> named{"summary.json"};
+    for (const nlohmann::json& file : summary["files"]) {
+        named.insert(file["name"]);
+        const sim::WrittenFile found = sim::describe_file(folder / "out/block", file["name"]);
+        EXPECT_EQ(file["bytes"], found.bytes);
+        EXPECT_EQ(file["sha256"], found.sha256);
+    }
+    EXPECT_EQ(named, expected_files());
+}
+
+TEST_F(program, frame_k_shows_the_step_nearest_to_its_time) {
+    ASSERT_EQ(tumble("simulate block.toml --fps 24000/1001 --time-step 0.003").code, 0);
+    const sim::TrajectoryReader trajectory(folder / "out/block/trajectory.h5");
+    ASSERT_EQ(trajectory.steps().size(), 10u); // round(0.4 * 23.976)
+    for (std::size_t k = 0; k < trajectory.steps().size(); ++k) {
+        EXPECT_EQ(trajectory.steps()[k], std::llround(double(k) * 1001 / 24000 / 0.003));
+        EXPECT_DOUBLE_EQ(trajectory.read(k).time, 0.003 * double(trajectory.steps()[k]));
+    }
+    EXPECT_EQ(files_in("out/block"), (std::set<std::string>{"trajectory.h5", "summary.json"}));
+}
+
+TEST_F(program, a_step_longer_than_a_frame_is_shown_by_several_frames) {
+    ASSERT_EQ(tumble("run block.toml --fps 100 --time-step 0.02 --duration 0.1 --no-video").code, 0);
+    EXPECT_EQ(sim::TrajectoryReader(folder / "out/block/trajectory.h5").steps(),
+              (std::vector<std::int64_t>{0, 1, 2, 3, 4, 5}));
+    EXPECT_EQ(files_in("out/block/frames").size(), 10u);
+    EXPECT_TRUE(bytes("out/block/frames/frame_000001.png") == bytes("out/block/frames/frame_000002.png"));
+}
+
+TEST_F(program, record_every_n_steps_includes_the_start) {
+    ASSERT_EQ(tumble("simulate block.toml --record-every 150").code, 0);
+    EXPECT_EQ(sim::TrajectoryReader(folder / "out/block/trajectory.h5").steps(),
+              (std::vector<std::int64_t>{0, 150, 300}));
+}
+
+TEST_F(program, one_and_two_threads_two_runs_and_a_later_rendering_give_the_same_bytes) {
+    ASSERT_EQ(tumble("run block.toml --threads 1 --out a").code, 0);
+    ASSERT_EQ(tumble("run block.toml --threads 2 --out b").code, 0);
+    ASSERT_EQ(tumble("simulate block.toml --out c").code, 0);
+    ASSERT_EQ(tumble("render c/block/trajectory.h5").code, 0);
+    for (const std::string& name : expected_files()) {
+        if (name != "summary.json") { // which has wall times
+            EXPECT_TRUE(bytes("a/block/" + name) == bytes("b/block/" + name)) << name;
+            EXPECT_TRUE(bytes("a/block/" + name) == bytes("c/block/" + name)) << name;
+        }
+    }
+    const auto hash_of = [this](const std::string& run) {
+        return nlohmann::json::parse(bytes(run + "/block/summary.json"))["state_hash"];
+    };
+    EXPECT_EQ(hash_of("a"), hash_of("b"));
+    EXPECT_EQ(hash_of("a"), hash_of("c"));
+}
+
+TEST_F(program, the_film_made_from_the_png_files_has_the_same_bytes) {
+    ASSERT_EQ(tumble("run block.toml").code, 0);
+    const sim::SceneDef scene = sim::load_scene(folder / "block.toml");
+    render::VideoWriter video(folder / "again.mp4", 320, 180, render::video_settings(scene));
+    for (int k = 0; k < frame_count; ++k) {
+        video.add(render::read_image(folder / "out/block" / render::frame_file_name(k)));
+    }
+    video.finish();
+    EXPECT_TRUE(bytes("again.mp4") == bytes("out/block/block.mp4"));
+}
+
+TEST_F(program, render_draws_an_earlier_simulation_in_another_size_and_rate) {
+    ASSERT_EQ(tumble("simulate block.toml").code, 0);
+    const Outcome outcome =
+        tumble("render out/block/trajectory.h5 --out other --size 161x91 --fps 10 --no-png");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(files_in("other/block"), (std::set<std::string>{"block.mp4"}));
+    const test::Film film = test::read_film(folder / "other/block/block.mp4");
+    EXPECT_EQ(film.frames.size(), 4u);
+    EXPECT_EQ(film.width, 162); // even
+    EXPECT_EQ(film.height, 92);
+}
+
+TEST_F(program, a_second_run_leaves_nothing_of_the_first) {
+    ASSERT_EQ(tumble("run block.toml").code, 0);
+    ASSERT_EQ(tumble("run block.toml --duration 0.1 --no-video").code, 0);
+    EXPECT_EQ(files_in("out/block"),
+              (std::set<std::string>{"frames/frame_000000.png", "frames/frame_000001.png", "summary.json",
+                                     "trajectory.h5"}));
+}
+
+TEST_F(program, several_scenes_names_with_spaces_and_a_single_frame) {
+    fs::copy_file(folder / "block.toml", folder / "ein Bl\xC3\xB6"
+                                                  "ck.toml");
+    const Outcome outcome = tumble("run block.toml ein*.toml --duration 0.05 --size 1x1");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(files_in("out/ein Bl\xC3\xB6"
+                       "ck")
+                  .size(),
+              4u);
+    EXPECT_EQ(files_in("out/block").size(), 4u);
+}
+
+TEST_F(program, quiet_prints_nothing) {
+    const Outcome outcome = tumble("run block.toml --duration 0.1 --quiet");
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.out + outcome.err, "");
+}
+
+TEST_F(program, check_prints_the_scene_and_writes_nothing) {
+    const Outcome outcome = tumble("check block.toml");
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.out.find("A block falls"), std::string::npos);
+    EXPECT_FALSE(fs::exists(folder / "out"));
+}
+
+TEST_F(program, version_and_help_are_good) {
+    EXPECT_EQ(tumble("--version").out.substr(0, 7), "tumble ");
+    EXPECT_EQ(tumble("--help").code, 0);
+    EXPECT_NE(tumble("run --help").out.find("--record-every"), std::string::npos);
+}
+
+// Each wrong argument or file: the exit code, a part of the only line printed, and no output folder.
+TEST_F(program, wrong_arguments_and_files_are_one_line_and_no_output) {
+    sim::write_file(folder / "not_a_trajectory.h5", std::string("text"));
+    sim::write_file(folder / "bad.toml", std::string("titel = \"x\"\n"));
+    fs::create_directories(folder / "twin");
+    fs::copy_file(folder / "block.toml", folder / "twin/block.toml");
+    struct Case {
+        const char* arguments;
+        int code;
+        const char* message;
+    };
+    constexpr Case cases[] = {
+        {"", 2, nullptr},
+        {"simulat block.toml", 2, "simulat"},
+        {"run", 2, "SCENE is required"},
+        {"run block.toml --no-such-option", 2, "--no-such-option"},
+        {"run block.toml --size 12", 2, "--size '12': expected width and height"},
+        {"run block.toml --size 12x", 2, "--size '12x': expected width and height"},
+        {"run block.toml --size 20000x2", 2, "20000"},
+        {"run block.toml --fps abc", 2, "--fps 'abc': expected a number or a fraction"},
+        {"run block.toml --fps 0", 2, "--fps '0': expected"},
+        {"run block.toml --duration -1", 2, "--duration '-1': expected"},
+        {"run block.toml --time-step nan", 2, "--time-step 'nan': expected"},
+        {"run block.toml --tolerance 1e-4x", 2, "--tolerance '1e-4x': expected"},
+        {"run block.toml --record-every 1.5", 2, "--record-every '1.5': expected"},
+        {"run block.toml --threads 0", 2, "--threads"},
+        {"run block.toml --set simulation.tolerence=1", 2, "did you mean 'tolerance'"},
+        {"run block.toml --set simulation", 2, "simulation"},
+        {"run block.toml twin/block.toml", 2, "a second scene with the name 'block'"},
+        {"run block.toml bad.toml", 2, "bad.toml:1:1"},
+        {"run missing.toml", 3, "cannot read missing.toml: No such file or directory"},
+        {"run .", 3, "cannot read .: Is a directory"},
+        {"render missing.h5", 3, "cannot read missing.h5: No such file or directory"},
+        {"render not_a_trajectory.h5", 3, "cannot read not_a_trajectory.h5: not a whole trajectory"},
+        {"render not_a_trajectory.h5 --time-step 0.1", 2, "--time-step"},
+        {"render a.h5 --no-png --no-video", 2, "nothing to make"},
+        {"run block.toml --out /proc/nowhere", 3, "cannot make the folder /proc/nowhere"},
+    };
+    for (const Case& c : cases) {
+        const Outcome outcome = tumble(c.arguments);
+        EXPECT_EQ(outcome.code, c.code) << c.arguments;
+        EXPECT_EQ(outcome.out, "") << c.arguments;
+        EXPECT_FALSE(fs::exists(folder / "out")) << c.arguments;
+        if (c.message != nullptr) {
+            expect_one_line(outcome.err);
+            EXPECT_NE(outcome.err.find(c.message), std::string::npos) << c.arguments << "\n" << outcome.err;
+        }
+    }
+}
+
+TEST_F(program, a_trajectory_without_the_needed_records_is_refused_before_anything_is_removed) {
+    ASSERT_EQ(tumble("run block.toml").code, 0);
+    const Outcome rate = tumble("render out/block/trajectory.h5 --fps 30");
+    EXPECT_EQ(rate.code, 2);
+    EXPECT_NE(rate.err.find("has no record of step 33, which frame 1 shows"), std::string::npos) << rate.err;
+    const Outcome length = tumble("render out/block/trajectory.h5 --duration 1");
+    EXPECT_EQ(length.code, 2);
+    EXPECT_NE(length.err.find("ends at step 350"), std::string::npos) << length.err;
+    const Outcome physics = tumble("render out/block/trajectory.h5 --set simulation.tolerance=1");
+    EXPECT_EQ(physics.code, 2);
+    EXPECT_EQ(files_in("out/block"), expected_files());
+}
+
+TEST_F(program, interruption_keeps_whole_frames_only) {
+    for (const char* name : {"INT", "TERM"}) {
+        fs::remove_all(folder / "out");
+        const Outcome outcome = shell("\"$TUMBLE\" run block.toml --duration 10000 & process=$!\n"
+                                      "until [ -e out/block/frames/frame_000003.png ]; do sleep 0.02; done\n"
+                                      "kill -" +
+                                      std::string(name) + " $process; wait $process");
+        EXPECT_EQ(outcome.code, 130);
+        EXPECT_NE(outcome.err.find("tumble: interrupted; "), std::string::npos) << outcome.err;
+        int frames = 0;
+        for (const std::string& file : files_in("out/block")) {
+            EXPECT_TRUE(file.starts_with("frames/frame_") && file.ends_with(".png")) << file;
+            EXPECT_EQ(render::read_image(folder / "out/block" / file).width, 320);
+            ++frames;
+        }
+        EXPECT_GE(frames, 4);
+    }
+}
+
+TEST_F(program, a_second_run_into_the_same_folder_is_refused) {
+    const Outcome outcome = shell("\"$TUMBLE\" run block.toml --duration 10000 --quiet & process=$!\n"
+                                  "until [ -e out/block/frames/frame_000001.png ]; do sleep 0.02; done\n"
+                                  "\"$TUMBLE\" run block.toml; code=$?\n"
+                                  "kill $process; wait $process; exit $code");
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_NE(outcome.err.find("tumble: another run is writing into out/block\n"), std::string::npos)
+        << outcome.err;
+}
+
+TEST_F(program, what_a_killed_run_left_is_cleared_by_the_next) {
+    shell("\"$TUMBLE\" run block.toml --duration 10000 --quiet & process=$!\n"
+          "until [ -e out/block/frames/frame_000003.png ]; do sleep 0.02; done\n"
+          "kill -KILL $process; wait $process");
+    EXPECT_TRUE(fs::exists(folder / "out/block/trajectory.h5.part"));
+    ASSERT_EQ(tumble("run block.toml").code, 0);
+    EXPECT_EQ(files_in("out/block"), expected_files());
+}
+
+// A limit on the size of files fails the write that crosses it, as a full disk does: 40 kB for a trajectory
+// of more than 100 kB and a film in full size.
+TEST_F(program, a_write_that_fails_is_one_line_and_leaves_no_half_file) {
+    for (const char* arguments : {"simulate block.toml", "run block.toml --no-png"}) {
+        const Outcome outcome = shell("ulimit -f 40\n\"$TUMBLE\" " + std::string(arguments) + " --quiet");
+        EXPECT_EQ(outcome.code, 3) << outcome.err;
+        expect_one_line(outcome.err);
+        EXPECT_NE(outcome.err.find("File too large"), std::string::npos) << outcome.err;
+        EXPECT_TRUE(files_in("out/block").empty());
+    }
+}
+
+TEST_F(program, a_simulation_that_stops_is_told_apart) {
+    const Outcome outcome = tumble("run block.toml --set 'simulation.gravity=[0,0,-1e308]' --quiet");
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    expect_one_line(outcome.err);
+    for (const std::string& file : files_in("out/block")) {
+        EXPECT_TRUE(file.ends_with(".png")) << file;
+    }
+}
