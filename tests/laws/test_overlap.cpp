@@ -1,10 +1,12 @@
 /// The judge of overlaps, judged on pairs whose depth is known.
+#include "sim/trajectory.h"
 #include "tests/laws/reference/overlap.h"
 #include "tests/laws/reference/trajectory_file.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <random>
 
 namespace {
@@ -193,6 +195,48 @@ TEST(overlap, solids_are_read_from_the_text_of_a_trajectory) {
     EXPECT_TRUE(solid_from_json(R"({"kind":"plane"})", true).is_static);
     EXPECT_THROW(solid_from_json(R"({"kind":"cone"})", true), std::runtime_error);
     EXPECT_THROW(TrajectoryFile("no such file"), std::runtime_error);
+}
+
+TEST(overlap, a_written_trajectory_is_read_without_the_code_that_wrote_it) {
+    sim::SceneDef scene;
+    sim::BodyDef floor, top;
+    floor.name = "floor";
+    floor.shape = sim::Plane{};
+    top.name = "top";
+    top.mass.mass = 2.0;
+    top.shape = sim::Compound{{{sim::Sphere{0.3}, {{0, 0, 0.1}, sim::Quat(1, 0, 0, 0)}},
+                               {sim::Box{{0.1, 0.2, 0.3}}, {{1, 0, 0}, sim::Quat(0.5, 0.5, 0.5, 0.5)}}}};
+    scene.bodies = {floor, top};
+    const std::filesystem::path path = std::filesystem::path(TUMBLE_OUT_DIR) / "test_overlap.h5";
+    sim::TrajectoryWriter writer(path, scene);
+    for (int record = 0; record < 3; ++record) {
+        sim::Snapshot snapshot;
+        snapshot.step = 10 * record;
+        snapshot.time = 0.01 * record;
+        snapshot.bodies.resize(2);
+        snapshot.bodies[1].position = {0.1 * record, 0, 0.1};
+        snapshot.bodies[1].orientation = sim::Quat(0.5, -0.5, 0.5, 0.5);
+        writer.append(snapshot);
+    }
+    writer.finish();
+    const TrajectoryFile file(path.string());
+    ASSERT_EQ(file.record_count(), 3u);
+    EXPECT_EQ(file.time(), (std::vector<double>{0.0, 0.01, 0.02}));
+    EXPECT_EQ(file.names(), (std::vector<std::string>{"floor", "top"}));
+    ASSERT_EQ(file.solids().size(), 2u);
+    EXPECT_TRUE(file.solids()[0].is_static);
+    EXPECT_FALSE(file.solids()[1].is_static);
+    ASSERT_EQ(file.solids()[1].pieces.size(), 2u);
+    EXPECT_EQ(std::get<OrientedBox>(file.solids()[1].pieces[1].shape).half_extents, Vector(0.1, 0.2, 0.3));
+    const std::vector<Placement> placed = file.placements(2);
+    EXPECT_EQ(placed[1].position, Vector(0.2, 0, 0.1));
+    EXPECT_EQ(placed[1].orientation.coeffs(), Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5).coeffs());
+    // The turn takes the ball's centre (0, 0, 0.1) to (-0.1 .. 0.1, ...): its depth below the floor is exact.
+    const std::vector<PairGap> pairs = near_pairs(file.solids(), placed, 0.0);
+    ASSERT_EQ(pairs.size(), 1u);
+    const Vector centre = placed[1].orientation * Vector(0, 0, 0.1) + placed[1].position;
+    EXPECT_LE(pairs[0].gap, centre.z() - 0.3 + rounding);
+    std::filesystem::remove(path);
 }
 
 } // namespace

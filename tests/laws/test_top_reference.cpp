@@ -55,6 +55,7 @@ TEST(top_reference, without_friction_all_integrals_hold) {
     for (const laws::TopCase& c : top_cases) {
         const Top top = reference_top(c, 0.0);
         TopState start = tilted_top(top, c.spin, 0.4);
+        EXPECT_NEAR((angular_velocity(top, start) - Eigen::Vector3d(0, 0, c.spin)).norm(), 0.0, 1e-12);
         const TopResult r = integrate_top(top, start, 2.0);
         // Energy, vertical and axial angular momentum, horizontal momentum. Two seconds of some 1e5 steps of
         // 1e-12.

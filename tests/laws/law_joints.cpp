@@ -1,0 +1,137 @@
+/// Joints: the double pendulum's energy, a chain of 50 links, a loop with more hinges than it needs.
+#include "tests/laws/law_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace laws;
+
+constexpr double link_length = 0.2; // [m]
+
+/// A rod along `direction` from `start`, too thin to touch anything.
+int add_link(sim::SceneDef& scene, const Vec3& start, const Vec3& direction) {
+    sim::BodyDef body;
+    body.name = "link_" + std::to_string(scene.bodies.size());
+    body.shape = sim::Sphere{1e-4};
+    body.mass.mass = 0.5;
+    const double along = 0.5 * 1e-4 / 2, across = 0.5 * link_length * link_length / 12; // [kg m^2]
+    body.mass.inertia = Vec3(along, across, across).asDiagonal();
+    body.pose = {start + 0.5 * link_length * direction, Quat::FromTwoVectors(Vec3::UnitX(), direction)};
+    scene.bodies.push_back(body);
+    return static_cast<int>(scene.bodies.size()) - 1;
+}
+
+/// n links in a straight line at `angle` [rad] below the horizontal, hung from the frame at the origin; at
+/// rest.
+sim::SceneDef chain_scene(Rational h, int n, sim::JointKind kind, double angle) {
+    sim::SceneDef scene = law_scene(h);
+    scene.step.iteration_limit = 100000;
+    int before = add_frame(scene);
+    const Vec3 direction(std::cos(angle), 0, -std::sin(angle));
+    for (int i = 0; i < n; ++i) {
+        const Vec3 start = i * link_length * direction;
+        const int link = add_link(scene, start, direction);
+        add_joint(scene, kind, {link, before}, start);
+        before = link;
+    }
+    return scene;
+}
+
+struct JointRun {
+    double gap = 0.0;    ///< [m]
+    double energy = 0.0; ///< [-] largest deviation from the start, relative to the potential energy at hand
+    double out_of_plane = 0.0; ///< [m] largest |y|
+    int unconverged = 0;
+    sim::Snapshot end;
+};
+
+JointRun run_joints(const sim::SceneDef& scene, double duration, double energy_scale) {
+    sim::World world(scene);
+    JointRun found;
+    const double start = energy(scene, world.take_snapshot());
+    run(world, scene, duration, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+        found.gap = std::max(found.gap, largest_joint_gap(scene, s));
+        found.energy = std::max(found.energy, std::abs(energy(scene, s) - start) / energy_scale);
+        for (const sim::BodySnapshot& body : s.bodies) {
+            found.out_of_plane = std::max(found.out_of_plane, std::abs(body.position.y()));
+        }
+        found.unconverged += report.at_iteration_limit ? 1 : 0;
+        found.end = s;
+        return true;
+    });
+    return found;
+}
+
+TEST(law_joints, the_double_pendulum_keeps_its_energy) {
+    for (const auto kind : {sim::JointKind::hinge, sim::JointKind::ball}) {
+        std::vector<double> errors;
+        for (const Rational h : {microseconds(2000), microseconds(1000), microseconds(500)}) {
+            const sim::SceneDef scene = chain_scene(h, 2, kind, 0.0);
+            const double scale = 0.5 * g * link_length * (0.5 + 1.5); // [J] from level to hanging
+            const JointRun found = run_joints(scene, 10.0, scale);
+            const std::string name =
+                std::string("double pendulum, ") + (kind == sim::JointKind::hinge ? "hinges" : "ball joints");
+            record({name, "energy in 10 s, relative", h.value(), found.energy,
+                    h.value() == 1e-3 ? 1e-3 : no_value});
+            record({name, "joint gap [m]", h.value(), found.gap, 1e-9});
+            EXPECT_LT(found.gap, 1e-9);
+            errors.push_back(found.energy);
+        }
+        // Chaotic, but the energy error of a symplectic second-order scheme is local: (w h)^2 with w up to 30
+        // rad/s.
+        EXPECT_LT(errors[1], 1e-3);
+        EXPECT_GT(std::log2(errors[0] / errors[2]) / 2, 1.7);
+    }
+}
+
+TEST(law_joints, a_chain_of_50_links_swings_and_stays_whole) {
+    for (const auto kind : {sim::JointKind::hinge, sim::JointKind::ball}) {
+        const int n = 50;
+        const sim::SceneDef scene = chain_scene(microseconds(1000), n, kind, 0.3);
+        const double scale = 0.5 * g * link_length * n * n / 2;
+        const JointRun found = run_joints(scene, 2.0, scale);
+        const std::string name =
+            std::string("chain of 50, ") + (kind == sim::JointKind::hinge ? "hinges" : "ball joints");
+        record({name, "joint gap in 2 s [m]", 1e-3, found.gap, 1e-9});
+        record({name, "energy in 2 s, relative", 1e-3, found.energy, 1e-3});
+        EXPECT_LT(found.gap, 1e-9) << name;
+        EXPECT_LT(found.energy, 1e-3) << name;
+        EXPECT_LT(found.out_of_plane, 1e-6) << name;
+        EXPECT_EQ(found.unconverged, 0) << name;
+    }
+}
+
+/// Four hinges with parallel axes in a loop (frame, crank, coupler, crank) constrain 20 of 18 degrees of
+/// freedom and leave one: a parallelogram. Its cranks swing as one pendulum: with equal rods of mass m and
+/// length l, inertia I about the end, 2 (I/2 + ...) gives (2 I + m l^2) w' = -(2 m g l/2 + m g l) cos(angle).
+TEST(law_joints, an_over_constrained_loop_neither_drifts_nor_explodes) {
+    for (const Rational h : {microseconds(2000), microseconds(1000)}) {
+        sim::SceneDef scene = law_scene(h);
+        scene.step.iteration_limit = 100000;
+        const int frame = add_frame(scene);
+        const double angle = 0.4; // [rad] below the horizontal
+        const Vec3 crank(std::cos(angle), 0, -std::sin(angle)), level = Vec3::UnitX();
+        const Vec3 a = Vec3::Zero(), b(link_length, 0, 0), down = link_length * crank;
+        const int left = add_link(scene, a, crank), right = add_link(scene, b, crank);
+        const int coupler = add_link(scene, a + down, level);
+        const auto hinge = sim::JointKind::hinge;
+        add_joint(scene, hinge, {left, frame}, a);
+        add_joint(scene, hinge, {right, frame}, b);
+        add_joint(scene, hinge, {left, coupler}, a + down);
+        add_joint(scene, hinge, {right, coupler}, b + down);
+        const double scale = 2 * 0.5 * g * link_length * (1 - std::sin(angle));
+        const JointRun found = run_joints(scene, 20.0, scale);
+        record({"parallelogram of four hinges", "joint gap in 20 s [m]", h.value(), found.gap, 1e-9});
+        record({"parallelogram of four hinges", "energy in 20 s, relative", h.value(), found.energy,
+                h.value() == 1e-3 ? 1e-4 : no_value});
+        EXPECT_LT(found.gap, 1e-9);
+        EXPECT_LT(found.energy, h.value() == 1e-3 ? 1e-4 : 4e-4);
+        EXPECT_LT(found.out_of_plane, 1e-9);
+        EXPECT_EQ(found.unconverged, 0);
+        // It stays a parallelogram: the coupler stays level.
+        EXPECT_NEAR((found.end.bodies[coupler].orientation * Vec3::UnitX()).z(), 0.0, 1e-7);
+    }
+}
+
+} // namespace
