@@ -39,24 +39,25 @@ void blend(std::span<const Velocity> from, std::span<const Velocity> to, double 
 
 } // namespace
 
-/// Rows of this pass. Returns false if no contact is a collision.
+/// Blocks of this pass. Returns false if no contact is a collision.
 bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts> pairs,
                               const StepSettings& settings, std::span<const Velocity> velocity, int pass) {
     const double threshold = resting_threshold(settings);
-    rows_.clear();
+    blocks_.clear();
+    points_.clear();
     energy_owed_ = 0.0;
     for (const PairContacts& pair : pairs) {
-        const int a = pair.manifold.body_a;
-        const int b = pair.manifold.body_b;
-        const auto ia = static_cast<std::size_t>(a);
-        const auto ib = static_cast<std::size_t>(b);
+        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+        geometry_.clear();
+        targets_.clear();
         for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
             const ContactGeometry& at = pair.manifold.contacts[i].at;
             if (at.gap > touch_gap(settings)) {
                 continue;
             }
-            const Vec3 u_rel = velocity[ia].at(at.a - bodies.pose[ia].position) -
-                               velocity[ib].at(at.b - bodies.pose[ib].position);
+            const Vec3 u_rel = velocity[a].at(at.a - bodies.pose[a].position) -
+                               velocity[b].at(at.b - bodies.pose[b].position);
             double approach = -u_rel.dot(at.n);
             if (pass == 0) {
                 approach = std::max(approach, pair.memory[i].approach_speed);
@@ -64,23 +65,36 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             if (approach <= threshold) {
                 continue;
             }
-            ContactRow row = make_row(bodies, a, b, at, pair.material);
             if (pass == 0) {
                 energy_owed_ += pair.memory[i].energy_taken;
             }
-            row.u_n_target = pass < elastic_pass_limit ? pair.material.restitution * approach : 0.0;
-            row.u_t_before = row.has_friction() ? tangential_velocity(row, velocity) : Vec2(Vec2::Zero());
-            rows_.push_back(row);
+            geometry_.push_back(at);
+            targets_.push_back(pass < elastic_pass_limit ? pair.material.restitution * approach : 0.0);
+        }
+        const std::size_t first_block = blocks_.size();
+        const std::size_t first_point = points_.size();
+        append_blocks(bodies, pair.manifold.body_a, pair.manifold.body_b, geometry_, pair.material, blocks_,
+                      points_);
+        for (std::size_t k = 0; k < targets_.size(); ++k) {
+            points_[first_point + k].u_n_target = targets_[k];
+        }
+        for (std::size_t k = first_block; k < blocks_.size(); ++k) {
+            const Vec6 twist = relative_twist(blocks_[k], velocity);
+            for (int i = blocks_[k].first; i < blocks_[k].first + blocks_[k].count; ++i) {
+                ContactPoint& point = points_[static_cast<std::size_t>(i)];
+                point.u_t_before = tangential_velocity(point, twist);
+            }
         }
     }
-    return !rows_.empty();
+    return !blocks_.empty();
 }
 
-int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {
+int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& velocity,
+                             const StepSettings& settings, bool& converged) {
     int count = 0;
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
-        converged = sweep(rows_, velocity) <= settings.velocity_tolerance &&
+        converged = sweep(blocks_, points_, bodies, velocity) <= settings.velocity_tolerance &&
                     (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
     }
     joints_.solve(velocity);
@@ -93,8 +107,8 @@ int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings
 double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velocity>& before,
                                     std::vector<Velocity>& velocity, const StepSettings& settings) {
     std::vector<char> included(velocity.size(), 0);
-    for (const ContactRow& row : rows_) {
-        included[static_cast<std::size_t>(row.a)] = included[static_cast<std::size_t>(row.b)] = 1;
+    for (const ContactBlock& block : blocks_) {
+        included[static_cast<std::size_t>(block.a)] = included[static_cast<std::size_t>(block.b)] = 1;
     }
     if (!joints_.empty()) {
         included.assign(included.size(), 1);
@@ -104,14 +118,14 @@ double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velo
     if (elastic <= start * (1.0 + energy_rounding)) {
         return 0.0;
     }
-    for (ContactRow& row : rows_) {
-        row.u_n_target = 0.0;
-        row.p_n = 0.0;
-        row.p_t.setZero();
+    for (ContactPoint& point : points_) {
+        point.u_n_target = 0.0;
+        point.p_n = 0.0;
+        point.p_t.setZero();
     }
     std::vector<Velocity> plastic = before;
     bool converged = true;
-    iterate(plastic, settings, converged);
+    iterate(bodies, plastic, settings, converged);
     std::vector<Velocity> middle(velocity.size());
     blend(plastic, velocity, 0.5, middle);
     const double e0 = kinetic_energy(bodies, plastic, included);
@@ -144,13 +158,13 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         joints_.solve(velocity);
         const std::vector<Velocity> before = velocity;
         bool converged = true;
-        report.iterations += iterate(velocity, settings, converged);
+        report.iterations += iterate(bodies, velocity, settings, converged);
         report.energy_removed += keep_energy(bodies, before, velocity, settings);
         report.converged = report.converged && converged;
-        report.collisions += static_cast<int>(rows_.size());
+        report.collisions += static_cast<int>(points_.size());
         ++report.passes;
-        for (const ContactRow& row : rows_) {
-            touched[static_cast<std::size_t>(row.a)] = touched[static_cast<std::size_t>(row.b)] = 1;
+        for (const ContactBlock& block : blocks_) {
+            touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
         }
     }
     return report;

@@ -30,11 +30,15 @@ public:
 private:
     bool collect(const Bodies& bodies, std::span<const PairContacts> pairs, const StepSettings& settings,
                  std::span<const Velocity> velocity, int pass);
-    int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
+    int iterate(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
+                bool& converged);
     double keep_energy(const Bodies& bodies, const std::vector<Velocity>& before,
                        std::vector<Velocity>& velocity, const StepSettings& settings);
 
-    std::vector<ContactRow> rows_;
+    std::vector<ContactBlock> blocks_;
+    std::vector<ContactPoint> points_;
+    std::vector<ContactGeometry> geometry_; ///< of one pair
+    std::vector<double> targets_;           ///< of one pair [m/s]
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     JointSolver joints_;
 };

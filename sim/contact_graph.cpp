@@ -2,12 +2,12 @@
 
 namespace sim {
 
-std::vector<int> contact_levels(std::span<const ContactRow> rows, std::span<const BodyProps> bodies) {
+std::vector<int> contact_levels(std::span<const ContactBlock> blocks, std::span<const BodyProps> bodies) {
     std::vector<int> level(bodies.size(), -1);
     std::vector<std::vector<int>> neighbours(bodies.size());
-    for (const ContactRow& row : rows) {
-        neighbours[static_cast<std::size_t>(row.a)].push_back(row.b);
-        neighbours[static_cast<std::size_t>(row.b)].push_back(row.a);
+    for (const ContactBlock& block : blocks) {
+        neighbours[static_cast<std::size_t>(block.a)].push_back(block.b);
+        neighbours[static_cast<std::size_t>(block.b)].push_back(block.a);
     }
     std::vector<int> front;
     for (std::size_t i = 0; i < bodies.size(); ++i) {

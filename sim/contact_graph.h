@@ -1,11 +1,11 @@
 #pragma once
 /// The contact graph: how many contacts a body is away from a static one.
-#include "sim/contact_rows.h"
+#include "sim/contact_block.h"
 
 namespace sim {
 
 /// Level of each body [body_count]: 0 static, 1 touching a static body, ...; -1: no chain of loaded or
 /// touching contacts leads to a static body.
-std::vector<int> contact_levels(std::span<const ContactRow> rows, std::span<const BodyProps> bodies);
+std::vector<int> contact_levels(std::span<const ContactBlock> blocks, std::span<const BodyProps> bodies);
 
 } // namespace sim

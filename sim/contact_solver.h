@@ -1,7 +1,7 @@
 #pragma once
 /// Resting contacts at position level (Bender & Schmitt 2006, sec. 3.2): impulses at t0 such that the
 /// predicted gaps at t0 + h are closed, and the contacts of this step that a later step starts from.
-#include "sim/contact_rows.h"
+#include "sim/contact_block.h"
 #include "sim/joint.h"
 #include "sim/scene_def.h"
 
@@ -32,15 +32,15 @@ struct PairContacts {
 /// [m].
 void match_memory(const std::vector<ContactMemory>& old, PairContacts& pair, double reach);
 
-/// A resting contact in the solve.
+/// A resting contact in the solve, beside its ContactPoint.
 struct RestingContact {
+    int block = -1;              ///< index of its block
     int pair = -1;               ///< index into the pairs
     int index = -1;              ///< index into the pair's contacts
     double gap_target = 0.0;     ///< [m] at t0 + h
     Vec3 point_a = Vec3::Zero(); ///< material points whose distance is d: body frames [m]
     Vec3 point_b = Vec3::Zero();
     bool is_ahead = false;       ///< placed before its impact
-    bool is_persistent = false;  ///< touched before
     double approach_speed = 0.0; ///< [m/s] it would touch with, without impulses
     double u_n_before = 0.0;     ///< [m/s] normal velocity before any impulse
     double gap = 0.0;            ///< [m] at the predicted poses
@@ -68,7 +68,7 @@ public:
     void add_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, std::size_t first);
 
     /// Iterates until the predicted gaps are closed. Fills velocity() and predicted().
-    ContactSolveReport solve(const Bodies& bodies, std::vector<PairContacts>& pairs,
+    ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                              std::span<const Joint> joints);
 
     /// Writes impulses, marks and leftover slip back to the pairs' memory.
@@ -77,13 +77,14 @@ public:
     std::span<const Velocity> velocity() const { return velocity_; } ///< at t0 after the impulses
     std::span<const Pose> predicted() const { return predicted_; }   ///< at t0 + h
     std::span<const Velocity> kick() const { return kick_; }         ///< by contacts that touched and joints
-    int contact_count() const { return static_cast<int>(rows_.size()); }
+    int contact_count() const { return static_cast<int>(points_.size()); }
 
 private:
     void predict(const Bodies& bodies);
-    double measure(const Bodies& bodies, std::vector<PairContacts>& pairs);
+    void start_block(const Bodies& bodies, const PairContacts& pair, int block_index);
+    double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     bool update_marks(const std::vector<PairContacts>& pairs);
-    int iterate(double tolerance, int budget, bool& converged);
+    int iterate(const Bodies& bodies, double tolerance, int budget, bool& converged);
     void shock_propagation(const Bodies& bodies);
     void compute_kick(const Bodies& bodies);
 
@@ -91,9 +92,11 @@ private:
     bool stop_at_impacts_ = false;
     double h_ = 0.0;
     double step_share_ = 1.0; ///< h_ as a share of a whole step [-]
-    std::vector<ContactRow> rows_;
-    std::vector<RestingContact> contacts_; ///< [rows_]
-    std::vector<double> node_weight_;      ///< [body_count]
+    std::vector<ContactBlock> blocks_;
+    std::vector<ContactPoint> points_;
+    std::vector<RestingContact> contacts_;  ///< [points_]
+    std::vector<double> node_weight_;       ///< [body_count]
+    std::vector<ContactGeometry> geometry_; ///< of the pair being added
     std::vector<Velocity> velocity_;
     std::vector<Pose> predicted_;
     std::vector<Velocity> kick_;

@@ -1,6 +1,6 @@
 #pragma once
 /// When contacts that do not touch yet will, within a step (impacts = "stop").
-#include "sim/contact_rows.h"
+#include "sim/contact_block.h"
 #include "sim/scene_def.h"
 
 #include <optional>

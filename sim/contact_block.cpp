@@ -1,0 +1,503 @@
+#include "sim/contact_block.h"
+
+#include <bit>
+#include <cmath>
+
+namespace sim {
+namespace {
+
+/// A sliding velocity at t0 below this share [-] of the step's slip counts as zero: the sliding begins there.
+constexpr double onset_share = 1e-3;
+
+/// Rounds of normal and friction solves within one visit of a block, and projections within one friction
+/// solve: more gain little, the loop over the blocks goes on anyway.
+constexpr int visit_rounds = 4;
+constexpr int projection_rounds = 8;
+
+/// Normals that differ by less than this [-] belong to one block.
+constexpr double same_normal = 1e-9;
+
+/// Points nearer to a line than this share [-] of their extent count as lying on it.
+constexpr double collinear = 1e-7;
+
+double combined(double x, double y) {
+    if (x < 0.0 || y < 0.0) {
+        return std::max({x, y, 0.0});
+    }
+    return std::sqrt(x * y);
+}
+
+/// A unit vector across n: from the world axis that is least along n, so it turns continuously with n.
+Vec3 tangent_of(const Vec3& n) {
+    int axis = 0;
+    n.cwiseAbs().minCoeff(&axis);
+    return n.cross(Vec3::Unit(axis)).normalized();
+}
+
+/// Adds a body's share to the response of a block: K and its angular parts, world frame.
+void add_response(Mat6& response, double inverse_mass, const Mat3& inverse_inertia, const Vec3& r) {
+    const Mat3 turn = inverse_inertia * cross_matrix(r);
+    response.topLeftCorner<3, 3>() += sim::response(inverse_mass, inverse_inertia, r, r);
+    response.bottomLeftCorner<3, 3>() += turn;
+    response.topRightCorner<3, 3>() += turn.transpose();
+    response.bottomRightCorner<3, 3>() += inverse_inertia;
+}
+
+/// Response in the block's frame. Held bodies count as immovable.
+Mat6 block_response(const ContactBlock& block, const Bodies& bodies, bool hold_a, bool hold_b) {
+    Mat6 world = Mat6::Zero();
+    const auto add = [&](int body, const Vec3& r) {
+        const auto i = static_cast<std::size_t>(body);
+        if (!bodies.props[i].is_static()) {
+            add_response(world, bodies.props[i].inverse_mass, bodies.inverse_inertia[i], r);
+        }
+    };
+    if (!hold_a) {
+        add(block.a, block.r_a);
+    }
+    if (!hold_b) {
+        add(block.b, block.r_b);
+    }
+    Mat6 local;
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2; ++j) {
+            local.block<3, 3>(3 * i, 3 * j) =
+                block.frame.transpose() * world.block<3, 3>(3 * i, 3 * j) * block.frame;
+        }
+    }
+    return local;
+}
+
+/// K_tt of one point [1/kg].
+Mat2 tangential_response(const Mat6& w, const ContactPoint& p) {
+    Mat2 k;
+    k(0, 0) = w(0, 0) - 2.0 * p.y * w(0, 5) + p.y * p.y * w(5, 5);
+    k(1, 1) = w(1, 1) + 2.0 * p.x * w(1, 5) + p.x * p.x * w(5, 5);
+    k(0, 1) = k(1, 0) = w(0, 1) + p.x * w(0, 5) - p.y * w(1, 5) - p.x * p.y * w(5, 5);
+    return k;
+}
+
+double largest_eigenvalue(const Mat2& k) {
+    const double half_trace = 0.5 * k.trace();
+    return half_trace + std::sqrt(std::max(half_trace * half_trace - k.determinant(), 0.0));
+}
+
+using Points = std::span<ContactPoint>;
+using Values = std::array<double, block_size>;
+
+/// What a normal impulse at a point does to (P_n, L_1, L_2), and what (u_n, w_1, w_2) does at the point.
+Vec3 normal_row(const ContactPoint& p) {
+    return {1.0, p.y, -p.x};
+}
+
+/// Smallest normal impulses of the points in `active` (a bit mask) that bring their normal velocity changes
+/// to -excess, in the least-squares sense where the points are redundant. w: response of (u_n, w_1, w_2) to
+/// (P_n, L_1, L_2). excess [m/s]: velocity above target with these points' impulses at zero. Results in
+/// `impulse` [N s]. Returns false if the points are three or more on one line.
+bool normal_impulses(Points points, unsigned active, const Mat3& w, const Values& excess, Values& impulse) {
+    std::array<std::size_t, block_size> index{};
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        impulse[i] = 0.0;
+        if ((active >> i & 1u) != 0) {
+            index[count++] = i;
+        }
+    }
+    if (count == 1) {
+        const Vec3 row = normal_row(points[index[0]]);
+        impulse[index[0]] = normal_impulse(excess[index[0]], 0.0, row.dot(w * row));
+        return true;
+    }
+    if (count == 2) {
+        const Vec3 row0 = normal_row(points[index[0]]);
+        const Vec3 row1 = normal_row(points[index[1]]);
+        const Vec3 w0 = w * row0;
+        const double k00 = row0.dot(w0);
+        const double k01 = row1.dot(w0);
+        const double k11 = row1.dot(w * row1);
+        const double determinant = k00 * k11 - k01 * k01;
+        if (determinant <= collinear * collinear * k00 * k11) {
+            return false;
+        }
+        impulse[index[0]] = (k01 * excess[index[1]] - k11 * excess[index[0]]) / determinant;
+        impulse[index[1]] = (k01 * excess[index[0]] - k00 * excess[index[1]]) / determinant;
+        return true;
+    }
+    Mat3 gram = Mat3::Zero();
+    Vec3 fit = Vec3::Zero();
+    for (std::size_t k = 0; k < count; ++k) {
+        const Vec3 row = normal_row(points[index[k]]);
+        gram += row * row.transpose();
+        fit += excess[index[k]] * row;
+    }
+    // Second moments about the centroid: their determinant vanishes for points on a line.
+    const double n = gram(0, 0);
+    const double yy = gram(1, 1) - gram(0, 1) * gram(0, 1) / n;
+    const double xx = gram(2, 2) - gram(0, 2) * gram(0, 2) / n;
+    const double xy = gram(1, 2) - gram(0, 1) * gram(0, 2) / n;
+    if (xx * yy - xy * xy <= collinear * (xx + yy) * (xx + yy)) {
+        return false;
+    }
+    const Mat3 gram_inverse = gram.inverse();
+    const Vec3 wrench = -(w.inverse() * (gram_inverse * fit));
+    const Vec3 share = gram_inverse * wrench;
+    for (std::size_t k = 0; k < count; ++k) {
+        impulse[index[k]] = normal_row(points[index[k]]).dot(share);
+    }
+    return true;
+}
+
+/// The points of `active` farthest apart along their line.
+unsigned line_ends(Points points, unsigned active) {
+    std::size_t first = block_size;
+    std::size_t last = 0;
+    std::size_t origin = static_cast<std::size_t>(std::countr_zero(active));
+    const auto farthest = [&](std::size_t from) {
+        std::size_t best = from;
+        double distance = -1.0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const double d = std::hypot(points[i].x - points[from].x, points[i].y - points[from].y);
+            if ((active >> i & 1u) != 0 && d > distance) {
+                best = i;
+                distance = d;
+            }
+        }
+        return best;
+    };
+    first = farthest(origin);
+    last = farthest(first);
+    return 1u << first | 1u << last;
+}
+
+/// Normal impulses of a block: non-negative (eq. 2, 3), velocities at their targets or above. An active-set
+/// search that starts from the points that carry load. Returns the largest change of a point's normal
+/// velocity [m/s].
+double solve_normals(Points points, const Mat6& w, Vec6& twist, Vec6& wrench) {
+    const Mat3 w_nn = w.block<3, 3>(2, 2);
+    Vec3 held = Vec3::Zero(); // (P_n, L_1, L_2) of the impulses so far
+    unsigned active = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        held += points[i].p_n * normal_row(points[i]);
+        active |= static_cast<unsigned>(points[i].p_n > 0.0) << i;
+    }
+    const Vec3 lifted = w_nn * held;
+    Values excess{};
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        excess[i] =
+            normal_velocity(points[i], twist) - normal_row(points[i]).dot(lifted) - points[i].u_n_target;
+    }
+    if (active == 0) {
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            active |= static_cast<unsigned>(excess[i] < 0.0) << i;
+        }
+        if (active == 0) {
+            return 0.0;
+        }
+    }
+    Values impulse{};
+    const int limit = 4 * static_cast<int>(points.size());
+    for (int pivot = 0; pivot < limit; ++pivot) {
+        if (active == 0) {
+            impulse.fill(0.0);
+        } else if (!normal_impulses(points, active, w_nn, excess, impulse)) {
+            const unsigned ends = line_ends(points, active);
+            active = ends == active ? ends & (ends - 1) : ends;
+            continue;
+        }
+        std::size_t worst = block_size;
+        double least = 0.0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            if (impulse[i] < least) {
+                least = impulse[i];
+                worst = i;
+            }
+        }
+        if (worst != block_size) {
+            active &= ~(1u << worst);
+            continue;
+        }
+        Vec3 total = Vec3::Zero();
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            total += impulse[i] * normal_row(points[i]);
+        }
+        const Vec3 change = w_nn * total;
+        double scale = 0.0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const double u = excess[i] + normal_row(points[i]).dot(change);
+            scale = std::max(scale, std::abs(excess[i]));
+            if ((active >> i & 1u) == 0 && u < least) {
+                least = u;
+                worst = i;
+            }
+        }
+        if (worst == block_size || least >= -1e-14 * scale) {
+            break;
+        }
+        active |= 1u << worst;
+    }
+    Vec3 total = Vec3::Zero();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        points[i].p_n = clamped_sum(0.0, impulse[i]);
+        total += points[i].p_n * normal_row(points[i]);
+    }
+    const Vec3 added = total - held;
+    wrench.segment<3>(2) += added;
+    const Vec6 before = twist;
+    twist += w.middleCols<3>(2) * added;
+    double largest = 0.0;
+    for (const ContactPoint& p : points) {
+        largest = std::max(largest, std::abs(normal_velocity(p, twist) - normal_velocity(p, before)));
+    }
+    return largest;
+}
+
+/// Friction impulses (P_1, P_2, L_n) of the points.
+Vec3 friction_wrench(Points points) {
+    Vec3 wrench = Vec3::Zero();
+    for (const ContactPoint& p : points) {
+        wrench += Vec3(p.p_t.x(), p.p_t.y(), p.x * p.p_t.y() - p.y * p.p_t.x());
+    }
+    return wrench;
+}
+
+/// The friction impulses that stop the slip of all loaded points (eq. 5 for the block), shared in proportion
+/// to the normal impulses. Returns false if a point would exceed mu_s p_n (eq. 6).
+bool stop_slip(Points points, const Mat6& w, const Vec6& twist, double mu,
+               std::array<Vec2, block_size>& impulse) {
+    double load = 0.0;
+    Vec2 centre = Vec2::Zero();
+    for (const ContactPoint& p : points) {
+        load += p.p_n;
+        centre += p.p_n * Vec2(p.x, p.y);
+    }
+    centre /= load;
+    // Weighted least squares: slip of the centre and turning about it.
+    Vec2 slip = Vec2::Zero();
+    double inertia = 0.0;
+    double turning = 0.0;
+    for (const ContactPoint& p : points) {
+        const Vec2 arm = Vec2(p.x, p.y) - centre;
+        const Vec2 u = tangential_velocity(p, twist) - p.u_t_target;
+        slip += p.p_n * u;
+        inertia += p.p_n * arm.squaredNorm();
+        turning += p.p_n * (arm.x() * u.y() - arm.y() * u.x());
+    }
+    slip /= load;
+    // Response of (u_1, u_2 at the pressure centre, w_n) to (P_1, P_2, L_n about it).
+    Mat3 k;
+    k << w(0, 0), w(0, 1), w(0, 5), w(1, 0), w(1, 1), w(1, 5), w(5, 0), w(5, 1), w(5, 5);
+    Mat3 shift = Mat3::Identity();
+    shift(0, 2) = -centre.y();
+    shift(1, 2) = centre.x();
+    k = shift * k * shift.transpose();
+    Vec3 held = friction_wrench(points);
+    held.z() -= centre.x() * held.y() - centre.y() * held.x();
+    Vec3 total;
+    double twisting = 0.0; // impulse per unit arm and unit load
+    if (inertia > collinear * collinear * load * (centre.squaredNorm() + inertia / load)) {
+        total = held - k.inverse() * Vec3(slip.x(), slip.y(), turning / inertia);
+        twisting = total.z() / inertia;
+    } else {
+        total << Vec2(held.head<2>() - Mat2(k.topLeftCorner<2, 2>()).inverse() * slip), 0.0;
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Vec2 arm = Vec2(points[i].x, points[i].y) - centre;
+        impulse[i] = points[i].p_n * (total.head<2>() / load + twisting * Vec2(-arm.y(), arm.x()));
+        if (!can_stick(impulse[i], points[i].p_n, mu)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// Puts new friction impulses in place; returns the largest change of a point's tangential velocity [m/s].
+double set_friction(Points points, const std::array<Vec2, block_size>& impulse, const Mat6& w, Vec6& twist,
+                    Vec6& wrench) {
+    const Vec3 before = friction_wrench(points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        points[i].p_t = impulse[i];
+    }
+    const Vec3 added = friction_wrench(points) - before;
+    const Vec6 old = twist;
+    twist += w.col(0) * added[0] + w.col(1) * added[1] + w.col(5) * added[2];
+    wrench[0] += added[0];
+    wrench[1] += added[1];
+    wrench[5] += added[2];
+    double largest = 0.0;
+    for (const ContactPoint& p : points) {
+        largest = std::max(largest, (tangential_velocity(p, twist) - tangential_velocity(p, old)).norm());
+    }
+    return largest;
+}
+
+/// Friction impulses of a block for its present normal impulses. Returns the largest velocity change at a
+/// point [m/s].
+double solve_friction(const ContactBlock& block, Points points, const Mat6& w, Vec6& twist, Vec6& wrench) {
+    std::array<Vec2, block_size> impulse;
+    double load = 0.0;
+    for (const ContactPoint& p : points) {
+        load += p.p_n;
+    }
+    if (load == 0.0) {
+        impulse.fill(Vec2::Zero());
+        return set_friction(points, impulse, w, twist, wrench);
+    }
+    const double mu = block.is_sticking ? block.mu_s : block.mu_d;
+    if (stop_slip(points, w, twist, mu, impulse)) {
+        return set_friction(points, impulse, w, twist, wrench);
+    }
+    double largest = 0.0;
+    for (int round = 0; round < projection_rounds; ++round) {
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const ContactPoint& p = points[i];
+            const Vec2 u_t = tangential_velocity(p, twist);
+            const Vec2 slip = u_t - p.u_t_target;
+            // A marked contact at its limit still holds against the slip of this step; a sliding one acts
+            // against the sliding velocity at t0, between those before and after the impulses: its direction
+            // stays second order. Where sliding begins at t0 that velocity is zero, and the slip of the step
+            // tells the direction.
+            const Vec2 u_t0 = p.u_t_before + block.node_weight * (u_t - p.u_t_before);
+            const bool begins = u_t0.squaredNorm() < onset_share * onset_share * slip.squaredNorm();
+            // Steps in proportion to the load: together they act as one step of the whole block.
+            const double k_t = block.k_t * load / std::max(p.p_n, 1e-300);
+            const Vec2 stopping = p.p_t - slip / k_t;
+            impulse[i] = can_stick(stopping, p.p_n, mu)
+                             ? stopping
+                             : sliding_sum(p.p_t, block.is_sticking || begins ? slip : u_t0, k_t, mu * p.p_n);
+        }
+        const double change = set_friction(points, impulse, w, twist, wrench);
+        largest = std::max(largest, change);
+        if (change <= 1e-3 * largest) {
+            break;
+        }
+    }
+    return largest;
+}
+
+} // namespace
+
+PairMaterial pair_material(const BodyProps& a, const BodyProps& b) {
+    return {combined(a.restitution, b.restitution), combined(a.mu_s, b.mu_s), combined(a.mu_d, b.mu_d)};
+}
+
+void append_blocks(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
+                   const PairMaterial& material, std::vector<ContactBlock>& blocks,
+                   std::vector<ContactPoint>& points) {
+    const auto ia = static_cast<std::size_t>(a);
+    const auto ib = static_cast<std::size_t>(b);
+    for (std::size_t first = 0; first < contacts.size();) {
+        std::size_t last = first + 1;
+        while (last < contacts.size() && last - first < block_size &&
+               (contacts[last].n - contacts[first].n).norm() < same_normal) {
+            ++last;
+        }
+        ContactBlock block;
+        block.a = a;
+        block.b = b;
+        block.first = static_cast<int>(points.size());
+        block.count = static_cast<int>(last - first);
+        block.mu_s = material.mu_s;
+        block.mu_d = material.mu_d;
+        Vec3 mean_a = Vec3::Zero();
+        Vec3 mean_b = Vec3::Zero();
+        for (std::size_t i = first; i < last; ++i) {
+            mean_a += contacts[i].a / block.count;
+            mean_b += contacts[i].b / block.count;
+        }
+        block.r_a = mean_a - bodies.pose[ia].position;
+        block.r_b = mean_b - bodies.pose[ib].position;
+        const Vec3& n = contacts[first].n;
+        const Vec3 t = tangent_of(n);
+        block.frame << t, n.cross(t), n;
+        block.response = block_response(block, bodies, false, false);
+        for (std::size_t i = first; i < last; ++i) {
+            const Vec3 arm = block.frame.transpose() * (contacts[i].a - mean_a);
+            ContactPoint point;
+            point.x = arm.x();
+            point.y = arm.y();
+            points.push_back(point);
+            if (block.has_friction()) {
+                block.k_t =
+                    std::max(block.k_t, largest_eigenvalue(tangential_response(block.response, point)));
+            }
+        }
+        blocks.push_back(block);
+        first = last;
+    }
+}
+
+Vec6 relative_twist(const ContactBlock& block, std::span<const Velocity> velocity) {
+    const Velocity& a = velocity[static_cast<std::size_t>(block.a)];
+    const Velocity& b = velocity[static_cast<std::size_t>(block.b)];
+    Vec6 twist;
+    twist << block.frame.transpose() * (a.at(block.r_a) - b.at(block.r_b)),
+        block.frame.transpose() * (a.w - b.w);
+    return twist;
+}
+
+void apply_wrench(const ContactBlock& block, const Vec6& wrench, std::span<const BodyProps> props,
+                  std::span<const Mat3> inverse_inertia, std::span<Velocity> velocity) {
+    const Vec3 p = block.frame * wrench.head<3>();
+    const Vec3 l = block.frame * wrench.tail<3>();
+    const auto a = static_cast<std::size_t>(block.a);
+    const auto b = static_cast<std::size_t>(block.b);
+    velocity[a].v += props[a].inverse_mass * p;
+    velocity[a].w += inverse_inertia[a] * (block.r_a.cross(p) + l);
+    velocity[b].v -= props[b].inverse_mass * p;
+    velocity[b].w -= inverse_inertia[b] * (block.r_b.cross(p) + l);
+}
+
+Vec6 wrench_of(const ContactBlock& block, std::span<const ContactPoint> all_points) {
+    Vec6 wrench = Vec6::Zero();
+    for (int i = block.first; i < block.first + block.count; ++i) {
+        wrench += wrench_of_point(all_points[static_cast<std::size_t>(i)]);
+    }
+    return wrench;
+}
+
+double solve_block(ContactBlock& block, std::span<ContactPoint> all_points, const Bodies& bodies,
+                   std::span<Velocity> velocity, bool hold_a, bool hold_b) {
+    const Points points =
+        all_points.subspan(static_cast<std::size_t>(block.first), static_cast<std::size_t>(block.count));
+    const bool held = hold_a || hold_b;
+    const Mat6 held_response = held ? block_response(block, bodies, hold_a, hold_b) : Mat6();
+    const Mat6& w = held ? held_response : block.response;
+    Vec6 twist = relative_twist(block, velocity);
+    Vec6 wrench = Vec6::Zero();
+    double largest = 0.0;
+    for (int round = 0; round < visit_rounds; ++round) {
+        double change = solve_normals(points, w, twist, wrench);
+        if (block.has_friction()) {
+            change = std::max(change, solve_friction(block, points, w, twist, wrench));
+        }
+        largest = std::max(largest, change);
+        if (!block.has_friction() || change <= 1e-3 * largest || change == 0.0) {
+            break;
+        }
+    }
+    if (!wrench.isZero(0.0)) {
+        const auto a = static_cast<std::size_t>(block.a);
+        const auto b = static_cast<std::size_t>(block.b);
+        const Velocity kept_a = velocity[a];
+        const Velocity kept_b = velocity[b];
+        apply_wrench(block, wrench, bodies.props, bodies.inverse_inertia, velocity);
+        if (hold_a) {
+            velocity[a] = kept_a;
+        }
+        if (hold_b) {
+            velocity[b] = kept_b;
+        }
+    }
+    return largest;
+}
+
+double sweep(std::span<ContactBlock> blocks, std::span<ContactPoint> points, const Bodies& bodies,
+             std::span<Velocity> velocity) {
+    double change = 0.0;
+    for (ContactBlock& block : blocks) {
+        change = std::max(change, solve_block(block, points, bodies, velocity));
+    }
+    return change;
+}
+
+} // namespace sim

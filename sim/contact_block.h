@@ -1,0 +1,116 @@
+#pragma once
+/// The iteration loop that collisions and resting contacts share. Its unit is a block: the contacts of one
+/// pair of surfaces with a common normal, solved together. What differs, the target velocities, is set by
+/// collision_solver and contact_solver.
+///
+/// Bender & Schmitt visit contact by contact. Four corners under a face are redundant there: the loop
+/// converges slowly to one of many answers, which depends on the order. The two bodies of a block move
+/// relative to each other with a twist (u, w) of six numbers, and its impulses act as a wrench (P, L) on it,
+/// so a block has at most six equations however many corners it has. Solved as such, the answer is unique:
+/// normal impulses are the smallest that do it (linear over the face), friction is shared in proportion to
+/// them, and symmetry is kept.
+#include "sim/impulse.h"
+#include "sim/manifold.h"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace sim {
+
+/// State of all bodies at one instant, arrays of [body_count].
+struct Bodies {
+    std::vector<BodyProps> props;
+    std::vector<Pose> pose;
+    std::vector<Velocity> velocity;
+    std::vector<Mat3> inverse_inertia; ///< world frame, at `pose`
+};
+
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+
+/// Most contacts in one block; a face of a box clipped by another has at most eight corners.
+inline constexpr int block_size = 8;
+
+/// One contact in the loop. Vectors of two are in the tangents of its block.
+struct ContactPoint {
+    double x = 0.0;                 ///< [m] in the contact plane, from the block's centre
+    double y = 0.0;                 ///< [m]
+    double u_n_target = 0.0;        ///< [m/s]
+    Vec2 u_t_target = Vec2::Zero(); ///< of a sticking contact [m/s]
+    Vec2 u_t_before = Vec2::Zero(); ///< before any impulse of this solve [m/s]
+    double p_n = 0.0;               ///< sum of the normal impulses [N s]
+    Vec2 p_t = Vec2::Zero();        ///< sum of the friction impulses [N s]
+};
+
+/// Contacts of two bodies with one normal, solved together. The block's frame: t_1, t_2, n at the mean
+/// contact point.
+struct ContactBlock {
+    int a = -1;
+    int b = -1;
+    int first = 0; ///< index of its first point
+    int count = 0; ///< [-] 1..block_size
+    double mu_s = 0.0;
+    double mu_d = 0.0;
+    double node_weight = 0.5; ///< share [-] of the impulses that acts before the instant t0
+    bool is_sticking = false; ///< the mark of eq. 6
+    double k_t = 0.0;         ///< [1/kg] largest eigenvalue of K_tt over the points
+    Vec3 r_a = Vec3::Zero();  ///< mean contact point on a from its centre of mass [m]
+    Vec3 r_b = Vec3::Zero();
+    Mat3 frame = Mat3::Identity(); ///< columns t_1, t_2, n
+    Mat6 response =
+        Mat6::Zero(); ///< relative twist by a wrench, in the block's frame (K and its angular parts)
+
+    bool has_friction() const { return mu_s > 0.0; }
+};
+
+/// Restitution and friction coefficients of a pair.
+struct PairMaterial {
+    double restitution = 0.0;
+    double mu_s = 0.0;
+    double mu_d = 0.0;
+};
+/// A value unset on one body is the partner's; set on both: geometric mean; on none: zero.
+PairMaterial pair_material(const BodyProps& a, const BodyProps& b);
+
+/// Blocks of the contacts of one pair, appended to `blocks`, their points to `points`, in the order of the
+/// contacts. A new block begins where the normal changes. Impulses are zero, targets unset.
+void append_blocks(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
+                   const PairMaterial& material, std::vector<ContactBlock>& blocks,
+                   std::vector<ContactPoint>& points);
+
+/// Relative twist (u at the block's centre, w) in the block's frame [m/s], [rad/s].
+Vec6 relative_twist(const ContactBlock& block, std::span<const Velocity> velocity);
+
+/// Velocities of a point for a relative twist of its block.
+inline double normal_velocity(const ContactPoint& point, const Vec6& twist) {
+    return twist[2] + twist[3] * point.y - twist[4] * point.x;
+}
+inline Vec2 tangential_velocity(const ContactPoint& point, const Vec6& twist) {
+    return {twist[0] - twist[5] * point.y, twist[1] + twist[5] * point.x};
+}
+
+/// Adds the wrench (P, L) [N s], [N m s], given in the block's frame, to both bodies.
+void apply_wrench(const ContactBlock& block, const Vec6& wrench, std::span<const BodyProps> props,
+                  std::span<const Mat3> inverse_inertia, std::span<Velocity> velocity);
+
+/// The wrench of one point's impulse sums, in the block's frame.
+inline Vec6 wrench_of_point(const ContactPoint& p) {
+    Vec6 wrench;
+    wrench << p.p_t, p.p_n, p.p_n * p.y, -p.p_n * p.x, p.x * p.p_t.y() - p.y * p.p_t.x();
+    return wrench;
+}
+
+/// The wrench of the points' impulse sums, in the block's frame.
+Vec6 wrench_of(const ContactBlock& block, std::span<const ContactPoint> points);
+
+/// Solves one block with all others held; returns the largest velocity change at a point [m/s].
+/// `hold_a`, `hold_b`: that body counts as immovable (shock propagation).
+double solve_block(ContactBlock& block, std::span<ContactPoint> points, const Bodies& bodies,
+                   std::span<Velocity> velocity, bool hold_a = false, bool hold_b = false);
+
+/// One iteration over all blocks in order; returns the largest velocity change at any point [m/s].
+double sweep(std::span<ContactBlock> blocks, std::span<ContactPoint> points, const Bodies& bodies,
+             std::span<Velocity> velocity);
+
+} // namespace sim
