@@ -3,8 +3,8 @@
 #include "sim/scene_def.h"
 #include "sim/snapshot.h"
 #include "sim/world.h"
+#include "tests/laws/law_solids.h"
 #include "tests/laws/law_table.h"
-#include "tests/laws/reference/overlap.h"
 
 #include <cmath>
 #include <functional>
@@ -56,9 +56,6 @@ Vec3 momentum(const sim::SceneDef& scene, const sim::Snapshot& snapshot); ///< [
 Vec3 angular_momentum(const sim::SceneDef& scene,
                       const sim::Snapshot& snapshot); ///< [N m s], about the origin
 
-/// The scene's bodies for the independent check of overlaps, and their poses at one instant.
-std::vector<reference::Solid> solids(const sim::SceneDef& scene);
-std::vector<reference::Placement> placements(const sim::Snapshot& snapshot);
 /// Pairs that share a joint.
 reference::ExcludedPairs jointed_pairs(const sim::SceneDef& scene);
 /// Largest penetration [m] >= 0 of all pairs, by the independent check.
