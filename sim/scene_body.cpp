@@ -21,8 +21,7 @@ constexpr double default_density = 1000.0;
 /// meets it with equality, and its moments may have been written with six digits.
 constexpr double moment_rounding = 1e-5;
 
-// --- placement
-// ------------------------------------------------------------------------------------------------
+// --- placement -------------------------------------------------------------------------------------------
 
 Quat read_orientation(Section& section) {
     constexpr std::array<std::string_view, 3> ways{"orientation", "axis_angle_degrees", "euler_degrees"};
@@ -45,8 +44,7 @@ Quat read_orientation(Section& section) {
     return Quat::Identity();
 }
 
-// --- shapes
-// ---------------------------------------------------------------------------------------------------
+// --- shapes ----------------------------------------------------------------------------------------------
 
 /// Order of the choices of the key "kind".
 enum class ShapeKind { box, sphere, plane, compound };
@@ -115,8 +113,7 @@ Shape read_shape(const TextSource& source, const TreeNode& node, const std::stri
     return compound;
 }
 
-// --- mass
-// -----------------------------------------------------------------------------------------------------
+// --- mass ------------------------------------------------------------------------------------------------
 
 /// The tensor of three or six moments; throws if no mass distribution has it.
 Mat3 read_inertia(Section& section) {

@@ -43,8 +43,7 @@ std::string title_of(std::string_view kind, const TreeNode& node, std::size_t in
                                                            : fmt::format("{} {}", kind, index);
 }
 
-// --- settings
-// -------------------------------------------------------------------------------------------------
+// --- settings --------------------------------------------------------------------------------------------
 
 StepSettings read_simulation(const TextSource& source, const TreeNode& node) {
     Section section(source, node, scene_section("simulation"), "simulation");
@@ -94,8 +93,7 @@ LightDef read_light(const TextSource& source, const TreeNode& node) {
     return light;
 }
 
-// --- bodies
-// ---------------------------------------------------------------------------------------------------
+// --- bodies ----------------------------------------------------------------------------------------------
 
 std::vector<std::string> body_names(const SceneDef& scene) {
     std::vector<std::string> names;
@@ -156,8 +154,7 @@ void read_bodies(Loading& loading, Section& top) {
     }
 }
 
-// --- joints
-// ---------------------------------------------------------------------------------------------------
+// --- joints ----------------------------------------------------------------------------------------------
 
 /// Index of a body, -1 for the world.
 int find_body(const Loading& loading, const std::string& name, const TextPlace& place,
@@ -209,8 +206,7 @@ void read_joint(Loading& loading, const TreeNode& node, const std::string& title
     loading.scene.joints.push_back(std::move(joint));
 }
 
-// --- cameras
-// --------------------------------------------------------------------------------------------------
+// --- cameras ---------------------------------------------------------------------------------------------
 
 void check_view(const Section& section, const CameraKey& key, std::string_view at) {
     if (key.eye == key.target) {
@@ -314,8 +310,7 @@ void check_chosen_camera(const Loading& loading, const TreeNode& output) {
     }
 }
 
-// --- the whole scene
-// ------------------------------------------------------------------------------------------
+// --- the whole scene -------------------------------------------------------------------------------------
 
 /// Bodies must not overlap at the start: the solver would throw them apart.
 void check_overlaps(const Loading& loading) {

@@ -26,8 +26,7 @@ Keys operator+(Keys a, const Keys& b) {
     return a;
 }
 
-// --- groups of keys that several tables share
-// -----------------------------------------------------------------
+// --- groups of keys that several tables share ------------------------------------------------------------
 
 const Keys box_keys{
     {"kind", choice, "", required_key, "what the shape is; each kind has its own keys", any,
@@ -112,8 +111,7 @@ const Keys camera_key_keys{
     {"target", vector, "m", required_key, "what it looks at", any, ""},
 };
 
-// --- the tables
-// -----------------------------------------------------------------------------------------------
+// --- the tables ------------------------------------------------------------------------------------------
 
 SectionSpec top_section() {
     return {"",

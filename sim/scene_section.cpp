@@ -120,8 +120,7 @@ std::vector<double> Section::numbers(const KeySpec& key, std::size_t count) {
     return result;
 }
 
-// --- scalars
-// --------------------------------------------------------------------------------------------------
+// --- scalars ---------------------------------------------------------------------------------------------
 
 double Section::number(std::string_view key) {
     const KeySpec& spec = spec_of(key, KeyType::number);
@@ -200,8 +199,7 @@ Rational Section::fraction(std::string_view key) {
     return *result;
 }
 
-// --- several numbers
-// ------------------------------------------------------------------------------------------
+// --- several numbers -------------------------------------------------------------------------------------
 
 Vec3 Section::vector(std::string_view key) {
     const std::vector<double> x = numbers(spec_of(key, KeyType::vector), 3);
@@ -284,8 +282,7 @@ std::vector<Eigen::Vector2d> Section::pairs(std::string_view key) {
     return result;
 }
 
-// --- colours
-// --------------------------------------------------------------------------------------------------
+// --- colours ---------------------------------------------------------------------------------------------
 
 Vec3 Section::checked_color(const KeySpec& key, const Value& value) const {
     Vec3 result;
@@ -330,8 +327,7 @@ std::vector<Vec3> Section::colors(std::string_view key) {
     return result;
 }
 
-// --- names and tables
-// -----------------------------------------------------------------------------------------
+// --- names and tables ------------------------------------------------------------------------------------
 
 std::vector<std::string> Section::names(std::string_view key) {
     const KeySpec& spec = spec_of(key, KeyType::names);

@@ -72,8 +72,7 @@ void mark(TreeNode& node, int index) {
     }
 }
 
-// --- overrides
-// ------------------------------------------------------------------------------------------------
+// --- overrides -------------------------------------------------------------------------------------------
 
 /// "a.'b c'.0 = value" split into its segments and the text of the value.
 struct Assignment {
@@ -215,7 +214,13 @@ std::string TextSource::describe(const TextPlace& place) const {
 }
 
 void fail_at(const TextSource& source, const TextPlace& place, const std::string& message) {
-    throw Error(ExitCode::usage, source.describe(place) + ": " + message);
+    // One line, whatever names and TOML's own words contain.
+    std::string line = source.describe(place) + ": " + message;
+    for (std::size_t at = 0; (at = line.find('\n', at)) != std::string::npos; ++at) {
+        line.replace(at, 1, "\\n");
+    }
+    std::ranges::replace_if(line, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+    throw Error(ExitCode::usage, line);
 }
 
 std::string describe_value(const TreeNode& node) {

@@ -10,8 +10,7 @@ namespace sim {
 
 namespace {
 
-// --- mass properties
-// ------------------------------------------------------------------------------------------
+// --- mass properties -------------------------------------------------------------------------------------
 
 /// Homogeneous box about its centre: J_xx = m (y^2 + z^2) / 3 with half extents y, z.
 MassProperties primitive_mass(const Box& box, double density) {
@@ -64,8 +63,7 @@ MassProperties primitive_mass(const Plane&, double) {
     return {};
 }
 
-// --- shifting
-// -------------------------------------------------------------------------------------------------
+// --- shifting --------------------------------------------------------------------------------------------
 
 template <class Primitive>
 Shape shifted_primitive(const Primitive& primitive, const Vec3& origin) {
@@ -85,8 +83,7 @@ Shape shifted_primitive(const Plane&, const Vec3&) {
     return Plane{};
 }
 
-// --- bounding boxes
-// -------------------------------------------------------------------------------------------
+// --- bounding boxes --------------------------------------------------------------------------------------
 
 /// |R| maps half extents to the half extents of the turned box's bounding box.
 Bounds primitive_bounds(const Box& box, const Pose& pose) {
@@ -118,8 +115,7 @@ Bounds primitive_bounds(const Compound& compound, const Pose& pose) {
     return result;
 }
 
-// --- JSON; fmt prints the shortest decimals that read back as the same doubles
-// -------------------------------
+// --- JSON; fmt prints the shortest decimals that read back as the same doubles ---------------------------
 
 std::string json_of(const Vec3& v) {
     return fmt::format("[{},{},{}]", v.x(), v.y(), v.z());

@@ -3,6 +3,7 @@
 #include "sim/error.h"
 #include "sim/file_io.h"
 #include "sim/scene_keys.h"
+#include "sim/scene_tree.h"
 
 #include <gtest/gtest.h>
 
@@ -150,8 +151,7 @@ std::string scene_with(const std::string& path, const std::string& key, const st
 
 } // namespace
 
-// --- what is wrong
-// --------------------------------------------------------------------------------------------
+// --- what is wrong ---------------------------------------------------------------------------------------
 
 TEST(scene_file, bad_scenes_give_exactly_their_message) {
     const std::vector<BadScene> cases = read_bad_scenes();
@@ -177,8 +177,28 @@ TEST(scene_file, file_that_is_not_utf8_has_a_place) {
         << message_of("title = \"\xff\xfe\"\n");
 }
 
-// --- the key table
-// --------------------------------------------------------------------------------------------
+TEST(scene_file, suggestions_are_near_or_a_list) {
+    EXPECT_EQ(suggestion("tolerence", {"time_step", "tolerance"}), "; did you mean 'tolerance'?");
+    EXPECT_EQ(suggestion("ab", {"ba"}),
+              "; did you mean 'ba'?"); // one swap; two replacements would be too many
+    EXPECT_EQ(suggestion("size", {"kind", "radius"}), "; expected one of: kind, radius");
+    EXPECT_EQ(suggestion("x", {}), "");
+    EXPECT_EQ(suggestion("x", std::vector<std::string>(33, "something")), "");
+}
+
+TEST(scene_file, jointed_bodies_may_overlap_and_touching_ones_are_no_overlap) {
+    const std::string other = "[[body]]\nname = \"other\"\nshape = { kind = \"sphere\", radius = 0.5 }\n";
+    const std::string near = "position = [0.9, 0, 0]\n";
+    const std::string joint =
+        "[[joint]]\nname = \"j\"\nkind = \"ball\"\nbodies = [\"other\", \"ball\"]\nanchor = [0.5, 0, 0]\n";
+    EXPECT_NE(message_of(ball + other + near), "");
+    EXPECT_EQ(message_of(ball + other + near + joint), "");
+    EXPECT_EQ(message_of(ball + other + "position = [1, 0, 0]\n"), "");
+    EXPECT_EQ(message_of(ball + other + near, {"simulation.tolerance=0.11"}), "");
+    EXPECT_EQ(message_of(ball + "static = true\n" + other + near + "static = true\n"), "");
+}
+
+// --- the key table ---------------------------------------------------------------------------------------
 
 TEST(scene_keys, reference_page_is_that_of_the_parser) {
     const std::string page = scene_key_reference();
@@ -275,8 +295,7 @@ TEST(scene_file, defaults_are_those_of_the_structs) {
     EXPECT_DOUBLE_EQ(one.bodies[0].mass.mass, 1000.0 * std::numbers::pi / 6);
 }
 
-// --- what is right
-// --------------------------------------------------------------------------------------------
+// --- what is right ---------------------------------------------------------------------------------------
 
 TEST(scene_file, times_are_exact) {
     const SceneDef scene = parse_scene(
@@ -336,6 +355,10 @@ TEST(scene_file, orientations_agree_in_all_three_ways) {
     const Quat both = orientation("euler_degrees = [90, 90, 0]\n");
     EXPECT_LE((both * Vec3::UnitZ() - Vec3(0, -1, 0)).norm(), 1e-15);
     EXPECT_LE((both * Vec3::UnitY() - Vec3(1, 0, 0)).norm(), 1e-15);
+    // z last: the body's x axis goes to -z by y and stays there; its y axis goes to -x.
+    const Quat last = orientation("euler_degrees = [0, 90, 90]\n");
+    EXPECT_LE((last * Vec3::UnitX() - Vec3(0, 0, -1)).norm(), 1e-15);
+    EXPECT_LE((last * Vec3::UnitY() - Vec3(-1, 0, 0)).norm(), 1e-15);
 }
 
 TEST(scene_file, mass_and_density_give_the_same_homogeneous_body) {
