@@ -2,6 +2,7 @@
 
 #include "sim/error.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -146,6 +147,11 @@ std::int64_t step_of_frame(std::int64_t k, Rational fps, Rational h) {
 std::int64_t frame_count(Rational duration, Rational fps) {
     return rounded_product(1, static_cast<Int128>(duration.num) * fps.num,
                            static_cast<Int128>(duration.den) * fps.den);
+}
+
+std::int64_t step_count(Rational duration, Rational h) {
+    return rounded_product(1, static_cast<Int128>(duration.num) * h.den,
+                           static_cast<Int128>(duration.den) * h.num);
 }
 
 } // namespace sim

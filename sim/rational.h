@@ -36,4 +36,7 @@ std::int64_t step_of_frame(std::int64_t k, Rational fps, Rational h);
 /// Number of frames of a film: round(duration fps), halves up. duration [s] >= 0.
 std::int64_t frame_count(Rational duration, Rational fps);
 
+/// Steps of a whole film: round(duration / h), halves up; its last frame is not later. duration, h [s].
+std::int64_t step_count(Rational duration, Rational h);
+
 } // namespace sim

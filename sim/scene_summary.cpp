@@ -147,7 +147,7 @@ std::string describe_scene(const SceneDef& scene) {
     line("bodies", fmt::format("{}, {}", describe_bodies(scene, false), describe_bodies(scene, true)));
     line("mass", fmt::format("{:.6g} kg", mass));
     line("joints", describe_joints(scene));
-    line("steps", fmt::format("{} of {} s; {} s", step_of_frame(frames - 1, output.fps, step.time_step),
+    line("steps", fmt::format("{} of {} s; {} s", step_count(output.duration, step.time_step),
                               describe_fraction(step.time_step), describe_fraction(output.duration)));
     line("frames", fmt::format("{} of {} x {} at {} a second", frames, output.width, output.height,
                                describe_fraction(output.fps)));

@@ -32,21 +32,20 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* trajectory_name = "trajectory.h5";
 constexpr const char* summary_name = "summary.json";
 
+std::int64_t frame_count_of(const sim::SceneDef& scene) {
+    return sim::frame_count(scene.output.duration, scene.output.fps);
+}
+
+std::int64_t step_count_of(const sim::SceneDef& scene) {
+    return sim::step_count(scene.output.duration, scene.step.time_step);
+}
+
 /// One scene on its way from state 0 to the end of the film.
 class Simulation {
 public:
     /// film: may be null.
     Simulation(const sim::SceneDef& scene, sim::World world, const fs::path& folder, render::Film* film)
         : scene_(scene), world_(std::move(world)), trajectory_(folder / trajectory_name, scene), film_(film) {
-    }
-
-    /// Steps of the whole film: to its end, and at least to its last frame.
-    static std::int64_t step_count(const sim::SceneDef& scene) {
-        const sim::Rational& duration = scene.output.duration;
-        const sim::Rational films_a_second = sim::make_rational(duration.den, duration.num);
-        return std::max(sim::step_of_frame(1, films_a_second, scene.step.time_step),
-                        sim::step_of_frame(sim::frame_count(duration, scene.output.fps) - 1, scene.output.fps,
-                                           scene.step.time_step));
     }
 
     /// The thread's work: all steps, or as many as are made until the group stops.
@@ -70,7 +69,7 @@ private:
 };
 
 void Simulation::advance(const render::ThreadGroup& threads) {
-    const std::int64_t last_step = step_count(scene_);
+    const std::int64_t last_step = step_count_of(scene_);
     summary_.start = sim::mechanics(scene_, world_.take_snapshot());
     if (!record_state()) {
         return;
@@ -98,7 +97,7 @@ void Simulation::advance(const render::ThreadGroup& threads) {
 bool Simulation::record_state() {
     const std::int64_t step = world_.step_index();
     const sim::OutputDef& output = scene_.output;
-    const std::int64_t frame_count = sim::frame_count(output.duration, output.fps);
+    const std::int64_t frame_count = frame_count_of(scene_);
     const auto is_frame_now = [&] {
         return next_frame_ < frame_count &&
                sim::step_of_frame(next_frame_, output.fps, scene_.step.time_step) == step;
@@ -125,7 +124,7 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
     const sim::StepTotals& totals = summary.totals;
     std::string line = scene.name + ": ";
     if (has_pictures) {
-        line += fmt::format("{} frames, ", sim::frame_count(scene.output.duration, scene.output.fps));
+        line += fmt::format("{} frames, ", frame_count_of(scene));
     }
     line += fmt::format("{} steps in {}; largest overlap {:.2g} m", totals.steps,
                         duration_text(summary.wall_time), totals.max_penetration);
@@ -166,12 +165,11 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
         }
         threads.start([&] { simulation.advance(threads); });
         if (film != nullptr) {
-            Progress progress(scene.name, "frames", sim::frame_count(scene.output.duration, scene.output.fps),
-                              options.is_quiet);
+            Progress progress(scene.name, "frames", frame_count_of(scene), options.is_quiet);
             supervise(
                 threads, progress, [&] { return film->frames_done(); }, workplace);
         } else {
-            Progress progress(scene.name, "steps", std::max<std::int64_t>(1, Simulation::step_count(scene)),
+            Progress progress(scene.name, "steps", std::max<std::int64_t>(1, step_count_of(scene)),
                               options.is_quiet);
             supervise(
                 threads, progress, [&] { return simulation.steps_done(); }, workplace);

@@ -90,3 +90,11 @@ TEST(rational, long_fractions_do_not_overflow) {
     EXPECT_EQ(sim::step_of_frame(std::int64_t{1} << 40, {large, large - 1}, {large, large - 1}),
               (std::int64_t{1} << 40) - 2);
 }
+
+TEST(rational, steps_of_a_film_reach_its_end_but_never_miss_its_last_frame) {
+    EXPECT_EQ(sim::step_count({6, 1}, {1, 1000}), 6000);
+    EXPECT_EQ(sim::step_count({3, 20}, {1, 5}), 1);   // 0.75 of a step
+    // 2.5 frames of 2 s become 3, the last of which shows 4 s.
+    EXPECT_EQ(sim::frame_count({5, 1}, {1, 2}), 3);
+    EXPECT_LE(sim::step_of_frame(2, {1, 2}, {1, 10}), sim::step_count({5, 1}, {1, 10}));
+}

@@ -9,12 +9,12 @@ using namespace sim;
 TEST(scene_summary, tells_what_the_funnel_contains) {
     const std::vector<std::string> overrides{"output.fps=24000/1001"};
     const SceneDef scene = load_scene(std::filesystem::path(TUMBLE_SCENE_DIR) / "funnel.toml", overrides);
-    // 143.86 frames become 144; the last, number 143, shows step round(143 * 1001 / 24) = 5964.
+    // 143.86 frames become 144; the steps are those of 6 s.
     EXPECT_EQ(describe_scene(scene), R"(funnel: 1000 cubes fall into a funnel
   bodies      1000 dynamic (1000 boxes), 5 static (1 plane, 4 boxes)
   mass        1e+06 kg
   joints      none
-  steps       5964 of 0.001 s; 6 s
+  steps       6000 of 0.001 s; 6 s
   frames      144 of 1280 x 720 at 24000/1001 a second
   trajectory  one record a frame
   gravity     0 0 -9.81 m/s^2
@@ -70,7 +70,7 @@ target = [0, 0, 0]
   bodies      2 dynamic (2 spheres), 0 static
   mass        4.5 kg
   joints      1 ball, 1 to the world
-  steps       1436 of 1/240 s; 6 s
+  steps       1440 of 1/240 s; 6 s
   frames      360 of 1280 x 720 at 60 a second
   trajectory  one record every 5 steps
   gravity     0 0 -9.81 m/s^2
