@@ -22,7 +22,7 @@ constexpr double floor_extent_in_views = 14.0;
 /// What lies farther from the target than this many view distances throws no shadow and no occlusion.
 constexpr double reach_in_views = 3.0;
 /// Shadow texels are not smaller than this many view distances.
-constexpr double least_texel_in_views = 0.0016;
+constexpr double least_texel_in_views = 0.0009;
 /// Spheres above this radius on the picture are drawn with the fine mesh [px].
 constexpr double fine_sphere_pixels = 24.0;
 /// Radius of the rod that a joint is drawn as, in view distances; and the least on the picture, so that a rod

@@ -69,10 +69,13 @@ private:
         face.id = static_cast<std::uint32_t>(list_.whole_faces.size());
         face.color = instance.color;
         face.pattern_color = instance.pattern_color;
-        face.body_center = glm::vec3(0.5f);
-        face.body_center[axis] = 0.5f + 0.5f * side;
-        face.body_half_u[u] = 0.5f * side;
-        face.body_half_v[v] = 0.5f;
+        // A grid is counted in metres from the body's middle, the other patterns in shares of its size.
+        const bool is_metric = box.pattern == sim::Pattern::grid;
+        const glm::vec3 half = is_metric ? instance.scale / list_.grid_spacing : glm::vec3(0.5f);
+        face.body_center = glm::vec3(is_metric ? 0.0f : 0.5f);
+        face.body_center[axis] += half[axis] * side;
+        face.body_half_u[u] = half[u] * side;
+        face.body_half_v[v] = half[v];
         const bool is_lit = glm::dot(normal, list_.light.to_sun) > 0.0f;
         const auto key = 2 * static_cast<std::size_t>(box.pattern) + (is_lit ? 0 : 1);
         divide(face, whole, normal, patches_[key]);

@@ -23,7 +23,7 @@ constexpr int sphere_rings_coarse = 12;
 constexpr int rod_sides = 16;
 constexpr int lathe_sides = 96;
 /// Scales radiance before the tone curve: sunlit middle grey comes out at the middle of the display's range.
-constexpr float exposure = 0.8f;
+constexpr float exposure = 0.42f;
 
 /// The uniform block `Frame` of shaders/common_frame.glsl, std140.
 struct FrameBlock {

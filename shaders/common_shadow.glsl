@@ -6,7 +6,7 @@ uniform sampler2DShadow shadow_map;
 // Tent filter over 4 x 4 texels from four gathers: continuous in position, so shadow edges do not crawl.
 float sunlight(vec3 position, vec3 n) {
     // The map holds the far sides of bodies, so a small offset along the normal suffices.
-    vec3 p = (frame.shadow_from_world * vec4(position + n * (frame.to_sun.w * 0.6), 1.0)).xyz;
+    vec3 p = (frame.shadow_from_world * vec4(position + n * (frame.to_sun.w * 0.35), 1.0)).xyz;
     vec2 texel = p.xy * frame.sun.w - 0.5;
     vec2 f = fract(texel);
     vec2 base = (floor(texel) + 0.5) / frame.sun.w;

@@ -1,5 +1,5 @@
-// Flat patches of boxes. LIT: 1 if turned towards the sun. PATTERN: 0 plain, 1 stripes, 2 checker, 3 grid, counted
-// in shares of the body's size, so that turning is seen.
+// Flat patches of boxes. LIT: 1 if turned towards the sun. PATTERN: 0 plain; 1 stripes, 2 checker, counted in shares
+// of the body's size; 3 grid, counted in the lines of the floor from the body's middle.
 #include "common_frame.glsl"
 #include "common_light.glsl"
 #include "common_pattern.glsl"
@@ -31,10 +31,10 @@ float pattern_share() {
     return either(either(square_wave(c.x, w.x), square_wave(c.y, w.y)), square_wave(c.z, w.z));
 #else
     // Lines across the axis that a face is perpendicular to would fill it: only two of the three count.
-    vec3 c = body_position * 4.0;
+    vec3 c = body_position;
     vec3 w = fwidth(c);
-    vec2 xy = line_share(c.xy, max(w.xy, 1e-5), 0.08) * step(1e-4, w.xy);
-    float z = line_share(c.zz, max(w.zz, 1e-5), 0.08).x * step(1e-4, w.z);
+    vec2 xy = line_share(c.xy, max(w.xy, 1e-5), 0.03) * step(1e-4, w.xy);
+    float z = line_share(c.zz, max(w.zz, 1e-5), 0.03).x * step(1e-4, w.z);
     return joined(joined(xy.x, xy.y), z);
 #endif
 }

@@ -44,7 +44,9 @@ void main() {
 
     // Aerial perspective: far ground takes the colour of the sky behind it.
     vec3 behind = sky_radiance(-to_eye.z / distance);
-    float fade = smoothstep(0.1, 1.0, distance / frame.sky_horizon.w);
+    float far = distance / frame.sky_horizon.w;
+    float haze = 12.0 * far * far;
+    float fade = mix(haze / (1.0 + haze), 1.0, smoothstep(0.4, 1.0, far));
     pixel = vec4(tone_mapped(mix(radiance, behind, fade)), 1.0);
     part = id;
 }

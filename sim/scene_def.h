@@ -110,8 +110,8 @@ struct LightDef {
     Vec3 to_sun{0.4, -0.5, 0.8};               ///< direction towards the sun, unit
     Vec3 sun_color{1.0, 0.96, 0.90};           ///< linear RGB
     double sun_intensity = 3.0;                ///< [-] >= 0
-    Vec3 sky_zenith{0.32, 0.48, 0.75};         ///< linear RGB
-    Vec3 sky_horizon{0.75, 0.80, 0.86};        ///< linear RGB
+    Vec3 sky_zenith{0.34, 0.47, 0.70};         ///< linear RGB
+    Vec3 sky_horizon{0.92, 0.95, 1.00};       ///< linear RGB
     double sky_intensity = 1.0;                ///< [-] >= 0
 };
 

@@ -309,8 +309,8 @@ std::vector<SectionSpec> view_sections() {
              {"sun_color", color, "", "[1.0, 0.96, 0.90]", "of its light", unit_interval, ""},
              {"sun_intensity", number, "", "3.0",
               "its brightness: a white surface that faces it has this radiance", not_negative, ""},
-             {"sky_zenith", color, "", "[0.32, 0.48, 0.75]", "colour straight above", unit_interval, ""},
-             {"sky_horizon", color, "", "[0.75, 0.80, 0.86]", "colour at the horizon", unit_interval, ""},
+             {"sky_zenith", color, "", "[0.34, 0.47, 0.70]", "colour straight above", unit_interval, ""},
+             {"sky_horizon", color, "", "[0.92, 0.95, 1.00]", "colour at the horizon", unit_interval, ""},
              {"sky_intensity", number, "", "1.0", "its brightness", not_negative, ""},
          }},
     };
