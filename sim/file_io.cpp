@@ -27,12 +27,15 @@ constexpr std::size_t chunk_size = 1 << 16; // [byte] read at a time
 /// An open file descriptor; the destructor only releases it.
 class Descriptor {
 public:
-    Descriptor(const std::filesystem::path& path, int flags, const char* what) : path_(path), what_(what) {
+    /// Messages say "cannot <what> <shown>".
+    Descriptor(const std::filesystem::path& path, int flags, const char* what,
+               const std::filesystem::path& shown)
+        : shown_(shown), what_(what) {
         do {
             fd_ = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
         } while (fd_ < 0 && errno == EINTR);
         if (fd_ < 0) {
-            fail(what, path, errno);
+            fail(what, shown, errno);
         }
     }
     Descriptor(const Descriptor&) = delete;
@@ -51,7 +54,7 @@ public:
                 return static_cast<std::size_t>(n);
             }
             if (errno != EINTR) {
-                fail(what_, path_, errno);
+                fail(what_, shown_, errno);
             }
         }
     }
@@ -63,7 +66,7 @@ public:
                 if (errno == EINTR) {
                     continue;
                 }
-                fail(what_, path_, errno);
+                fail(what_, shown_, errno);
             }
             bytes = bytes.subspan(static_cast<std::size_t>(n));
         }
@@ -71,19 +74,19 @@ public:
 
     void sync() {
         if (::fsync(fd_) != 0) {
-            fail(what_, path_, errno);
+            fail(what_, shown_, errno);
         }
     }
 
     void close() {
         const int fd = std::exchange(fd_, -1);
         if (::close(fd) != 0) {
-            fail(what_, path_, errno);
+            fail(what_, shown_, errno);
         }
     }
 
 private:
-    std::filesystem::path path_;
+    std::filesystem::path shown_;
     const char* what_;
     int fd_ = -1;
 };
@@ -106,7 +109,7 @@ void sync_folder(const std::filesystem::path& folder) {
 } // namespace
 
 std::string read_text_file(const std::filesystem::path& path) {
-    Descriptor file(path, O_RDONLY, "read");
+    Descriptor file(path, O_RDONLY, "read", path);
     std::string text;
     std::array<char, chunk_size> buffer;
     while (const std::size_t n = file.read(buffer)) {
@@ -123,7 +126,7 @@ std::filesystem::path part_path(const std::filesystem::path& path) {
 
 void commit_part(const std::filesystem::path& path) {
     const std::filesystem::path part = part_path(path);
-    Descriptor file(part, O_RDONLY, "write");
+    Descriptor file(part, O_RDONLY, "write", path);
     file.sync();
     file.close();
     if (::rename(part.c_str(), path.c_str()) != 0) {
@@ -135,7 +138,7 @@ void commit_part(const std::filesystem::path& path) {
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
     const std::filesystem::path part = part_path(path);
     try {
-        Descriptor file(part, O_WRONLY | O_CREAT | O_TRUNC, "write");
+        Descriptor file(part, O_WRONLY | O_CREAT | O_TRUNC, "write", path);
         file.write_all(bytes);
         file.close();
         commit_part(path);
@@ -157,7 +160,7 @@ std::string sha256_of_file(const std::filesystem::path& path) {
         }
     };
     check(context != nullptr && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1);
-    Descriptor file(path, O_RDONLY, "read");
+    Descriptor file(path, O_RDONLY, "read", path);
     std::array<char, chunk_size> buffer;
     while (const std::size_t n = file.read(buffer)) {
         check(EVP_DigestUpdate(context.get(), buffer.data(), n) == 1);
