@@ -1,6 +1,7 @@
 #include "render/film.h"
 
 #include "render/renderer.h"
+#include "sim/error.h"
 
 #include <fmt/format.h>
 
@@ -80,11 +81,34 @@ std::vector<sim::WrittenFile> Film::files() const {
     return files;
 }
 
+// The picture in the file of a frame that is there and whole.
+std::shared_ptr<const Image> Film::kept_picture(std::int64_t frame) const {
+    const std::filesystem::path path = settings_.folder / frame_file_name(frame);
+    std::error_code error;
+    if (!settings_.keep_frames || !std::filesystem::is_regular_file(path, error)) {
+        return nullptr;
+    }
+    try {
+        Image image = read_image(path);
+        if (image.width == scene_.output.width && image.height == scene_.output.height) {
+            return std::make_shared<const Image>(std::move(image));
+        }
+    } catch (const sim::Error&) {
+        // A damaged file is drawn again.
+    }
+    return nullptr;
+}
+
 void Film::draw_frames() {
     // The OpenGL context belongs to this thread.
     Renderer renderer(scene_, scene_.output.width, scene_.output.height);
     while (const std::optional<State> state = states_.pop()) {
-        const Picture picture{state->frame, std::make_shared<const Image>(renderer.draw(*state->snapshot))};
+        std::shared_ptr<const Image> image = kept_picture(state->frame);
+        const bool is_kept = image != nullptr;
+        if (!is_kept) {
+            image = std::make_shared<const Image>(renderer.draw(*state->snapshot));
+        }
+        const Picture picture{state->frame, image, is_kept};
         if (settings_.write_png) {
             for_png_.push(picture);
         }
@@ -99,7 +123,9 @@ void Film::draw_frames() {
 void Film::write_frames() {
     while (const std::optional<Picture> picture = for_png_.pop()) {
         const std::string name = frame_file_name(picture->frame);
-        sim::write_file(settings_.folder / name, encode_png(*picture->image));
+        if (!picture->is_kept) {
+            sim::write_file(settings_.folder / name, encode_png(*picture->image));
+        }
         png_files_.push_back(sim::describe_file(settings_.folder, name));
         ++pngs_done_;
     }

@@ -31,7 +31,8 @@ std::string frame_file_name(std::int64_t frame);
 struct FilmSettings {
     std::filesystem::path folder; ///< where frames/ and the film go; exists
     bool write_png = true;
-    bool write_video = true; ///< folder / <scene>.mp4
+    bool write_video = true;  ///< folder / <scene>.mp4
+    bool keep_frames = false; ///< a frame whose file is there is read, not drawn again
 };
 
 class Film {
@@ -64,8 +65,10 @@ private:
     struct Picture {
         std::int64_t frame = 0;
         std::shared_ptr<const Image> image;
+        bool is_kept = false; ///< its file is there
     };
 
+    std::shared_ptr<const Image> kept_picture(std::int64_t frame) const;
     void draw_frames();
     void write_frames();
     void encode_video(const ThreadGroup& threads);

@@ -49,7 +49,8 @@ std::string assign_fraction(const char* key, const char* option, const std::stri
     if (!value || value->num <= 0) {
         fail(option, text, expected);
     }
-    return fmt::format("{}=\"{}/{}\"", key, value->num, value->den);
+    return value->den == 1 ? fmt::format("{}={}", key, value->num)
+                           : fmt::format("{}=\"{}/{}\"", key, value->num, value->den);
 }
 
 std::string assign_number(const char* key, const char* option, const std::string& text,
@@ -88,6 +89,29 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
     verb.add_flag("--no-video", options.no_video, "No MP4");
     verb.add_flag("--no-png", options.no_png, "No PNG frames");
     verb.add_flag("--quiet", options.is_quiet, "Only errors are printed");
+}
+
+void add_frame_options(CLI::App& verb, Options& options) {
+    verb.add_option("--frames", options.frames, "Draws only the frames A to B - 1, for tumble join")
+        ->type_name("A:B");
+    verb.add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
+}
+
+FrameRange frame_range(const Options& options, std::int64_t frame_count) {
+    if (options.frames.empty()) {
+        return {0, frame_count};
+    }
+    const std::string& text = options.frames;
+    const std::size_t colon = text.find(':');
+    if (colon != std::string::npos) {
+        const std::optional<long> begin = parse_integer(std::string_view(text).substr(0, colon));
+        const std::optional<long> end = parse_integer(std::string_view(text).substr(colon + 1));
+        if (begin && end && *begin >= 0 && *begin < *end && *end <= frame_count) {
+            return {*begin, *end};
+        }
+    }
+    throw Error(ExitCode::usage,
+                fmt::format("--frames '{}': expected A:B with 0 <= A < B <= {}", text, frame_count));
 }
 
 std::vector<std::string> overrides_of(const Options& options) {

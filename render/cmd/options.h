@@ -2,6 +2,7 @@
 /// What the user asks for on the command line.
 #include "sim/scene_def.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ struct Options {
     int threads = 0;                      ///< of the simulation; 0: one a core
     bool no_video = false;
     bool no_png = false;
+    std::string frames;      ///< "A:B": frames A .. B - 1 only
+    bool is_resumed = false; ///< whole frames of an earlier run stay
     bool is_quiet = false;
 };
 
@@ -34,8 +37,19 @@ enum class Changes {
     only_output, ///< size, frame rate and look of an earlier simulation
 };
 
+/// Frames begin .. end - 1.
+struct FrameRange {
+    std::int64_t begin = 0;
+    std::int64_t end = 0;
+};
+
+/// The frames asked for of a film of `frame_count`. Throws Error (usage).
+FrameRange frame_range(const Options& options, std::int64_t frame_count);
+
 /// Adds the options of one verb. `options` must outlive the parsing.
 void add_options(CLI::App& verb, Options& options, Changes changes);
+/// --frames and --resume.
+void add_frame_options(CLI::App& verb, Options& options);
 
 /// The changes as assignments to scene keys, in the order --set, then the others. Throws Error (usage).
 std::vector<std::string> overrides_of(const Options& options);
@@ -50,6 +64,8 @@ void run_scenes(const Options& options);
 void simulate_scenes(const Options& options);
 /// tumble render: draws and encodes an earlier simulation.
 void render_trajectory(const Options& options);
+/// tumble join: the film from the frames of one or more folders.
+void join_frames(const Options& options);
 /// tumble check: reads and validates, prints what the scenes contain.
 void check_scenes(const Options& options);
 

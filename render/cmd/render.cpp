@@ -1,5 +1,6 @@
 /// tumble render: pictures and film of an earlier simulation.
 #include "render/cmd/options.h"
+#include "render/cmd/run_record.h"
 #include "render/cmd/supervise.h"
 #include "render/film.h"
 #include "sim/error.h"
@@ -72,8 +73,8 @@ std::vector<std::size_t> records_of_frames(const sim::TrajectoryReader& trajecto
 void render_trajectory(const Options& options) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now();
-    if (options.no_png && options.no_video) {
-        throw Error(ExitCode::usage, "--no-png and --no-video leave nothing to make");
+    if (options.no_png && (options.no_video || !options.frames.empty())) {
+        throw Error(ExitCode::usage, "--no-png leaves nothing to make");
     }
     if (options.inputs.size() != 1) {
         throw Error(ExitCode::usage, "render takes one trajectory");
@@ -82,35 +83,44 @@ void render_trajectory(const Options& options) {
     const sim::TrajectoryReader trajectory(path);
     const sim::SceneDef scene = scene_of(trajectory, path.string(), options);
     const std::vector<std::size_t> records = records_of_frames(trajectory, path.string(), scene);
+    const auto frame_count = static_cast<std::int64_t>(records.size());
+    const FrameRange frames = frame_range(options, frame_count);
+    const bool is_slice = !options.frames.empty();
 
     const fs::path folder = options.out.empty() ? path.parent_path() : options.out / fs::path(scene.name);
-    const Workplace workplace(folder.empty() ? "." : folder);
+    const Workplace workplace(folder.empty() ? "." : folder,
+                              is_slice ? Sharing::with_slices : Sharing::alone);
+    const bool has_video = !options.no_video && !is_slice;
     if (!options.no_png) {
-        workplace.remove_frames();
-        workplace.make_frames_folder();
+        prepare_frames(workplace, scene, options.is_resumed || is_slice);
     }
-    if (!options.no_video) {
+    if (has_video) {
         workplace.remove_file(scene.name + ".mp4");
     }
-    render::Film film(scene, {workplace.folder(), !options.no_png, !options.no_video});
+    render::Film film(scene, {.folder = workplace.folder(),
+                              .write_png = !options.no_png,
+                              .write_video = has_video,
+                              .keep_frames = options.is_resumed});
     {
         render::ThreadGroup threads; // ends before what its threads use
         film.start(threads);
         threads.start([&] {
-            for (std::size_t frame = 0; frame < records.size(); ++frame) {
-                auto snapshot = std::make_shared<const sim::Snapshot>(trajectory.read(records[frame]));
-                if (!film.add(static_cast<std::int64_t>(frame), std::move(snapshot))) {
+            for (std::int64_t frame = frames.begin; frame < frames.end; ++frame) {
+                const std::size_t record = records[static_cast<std::size_t>(frame)];
+                auto snapshot = std::make_shared<const sim::Snapshot>(trajectory.read(record));
+                if (!film.add(frame, std::move(snapshot))) {
                     return;
                 }
             }
             film.close();
         });
-        Progress progress(scene.name, "frames", static_cast<std::int64_t>(records.size()), options.is_quiet);
+        Progress progress(scene.name, "frames", frames.end - frames.begin, options.is_quiet);
         supervise(
             threads, progress, [&] { return film.frames_done(); }, workplace);
     }
     if (!options.is_quiet) {
-        std::printf("%s: %zu frames in %s; in %s\n", scene.name.c_str(), records.size(),
+        std::printf("%s: %lld frames in %s; in %s\n", scene.name.c_str(),
+                    static_cast<long long>(frames.end - frames.begin),
                     duration_text(std::chrono::duration<double>(Clock::now() - start).count()).c_str(),
                     workplace.folder().c_str());
     }

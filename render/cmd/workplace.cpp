@@ -55,25 +55,34 @@ void make_folder(const fs::path& folder) {
 
 } // namespace
 
-Workplace::Workplace(const fs::path& folder) : folder_(folder) {
-    make_folder(folder);
-    lock_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (lock_ < 0) {
+FolderLock::FolderLock(const fs::path& folder, Kind kind, bool waits) {
+    descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor_ < 0) {
         throw Error(ExitCode::io, fmt::format("cannot read {}: {}", folder.string(), std::strerror(errno)));
     }
-    if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    const int operation = (kind == Kind::alone ? LOCK_EX : LOCK_SH) | (waits ? 0 : LOCK_NB);
+    while (::flock(descriptor_, operation) != 0) {
         const int reason = errno;
-        ::close(lock_);
+        if (reason == EINTR) {
+            continue;
+        }
+        ::close(descriptor_);
         throw Error(ExitCode::io,
                     reason == EWOULDBLOCK
                         ? fmt::format("another run is writing into {}", folder.string())
                         : fmt::format("cannot lock {}: {}", folder.string(), std::strerror(reason)));
     }
-    remove_parts();
 }
 
-Workplace::~Workplace() {
-    ::close(lock_); // which unlocks it
+FolderLock::~FolderLock() {
+    ::close(descriptor_); // which unlocks it
+}
+
+Workplace::Workplace(const fs::path& folder, Sharing sharing) : folder_(folder), sharing_(sharing) {
+    make_folder(folder);
+    lock_.emplace(folder, sharing == Sharing::alone ? FolderLock::Kind::alone : FolderLock::Kind::shared,
+                  false);
+    remove_parts();
 }
 
 void Workplace::make_frames_folder() const {
@@ -109,7 +118,20 @@ void Workplace::remove_file(const std::string& name) const {
     }
 }
 
+bool Workplace::has_frames() const {
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / "frames", error)) {
+        if (is_frame_name(entry.path().filename().string())) {
+            return true;
+        }
+    }
+    return false;
+}
+
 void Workplace::remove_parts() const noexcept {
+    if (sharing_ == Sharing::with_slices) {
+        return;
+    }
     try {
         remove_parts_in(folder_);
         remove_parts_in(folder_ / "frames");

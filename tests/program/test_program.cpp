@@ -1,100 +1,21 @@
 /// The built program as a user runs it: exit codes, files, messages.
-#include "render/film.h"
-#include "sim/file_io.h"
 #include "sim/scene_file.h"
 #include "sim/trajectory.h"
+#include "tests/program/program_fixture.h"
 #include "tests/support/film_reader.h"
 
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <cstdlib>
-#include <set>
-#include <sys/wait.h>
+#include <cmath>
 
 namespace fs = std::filesystem;
+using test::expect_one_line;
+using test::frame_count;
+using test::Outcome;
 
 namespace {
 
-/// A block falls on the floor: 8 frames, of which the first is the start.
-constexpr const char* scene_text = R"(title = "A block falls"
-[output]
-width = 320
-height = 180
-duration = 0.4
-fps = 20
-[[body]]
-name = "floor"
-shape = { kind = "plane" }
-static = true
-[[body]]
-name = "block"
-shape = { kind = "box", half_extents = [0.5, 0.5, 0.5] }
-density = 1000
-position = [0, 0, 0.9]
-angular_velocity = [1, 2, 3]
-)";
-constexpr int frame_count = 8;
-
-struct Outcome {
-    int code = -1;
-    std::string out;
-    std::string err;
-};
-
-class program : public testing::Test {
-protected:
-    fs::path folder;
-
-    void SetUp() override {
-        folder = fs::path(TUMBLE_OUT_DIR) / "test" / "program" /
-                 testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(folder);
-        fs::create_directories(folder);
-        sim::write_file(folder / "block.toml", std::string(scene_text));
-    }
-
-    /// Runs shell commands in the test's folder; "$TUMBLE" is the program.
-    Outcome shell(const std::string& commands) const {
-        sim::write_file(folder / "commands.sh",
-                        "cd '" + folder.string() + "'\nTUMBLE='" TUMBLE_PROGRAM "'\n" + commands);
-        const std::string file = (folder / "commands.sh").string();
-        const std::string out = (folder / "stdout.txt").string();
-        const std::string err = (folder / "stderr.txt").string();
-        const int status = std::system(("bash '" + file + "' >'" + out + "' 2>'" + err + "'").c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, sim::read_text_file(out),
-                sim::read_text_file(err)};
-    }
-
-    Outcome tumble(const std::string& arguments) const { return shell("\"$TUMBLE\" " + arguments); }
-
-    std::string bytes(const fs::path& name) const { return sim::read_text_file(folder / name); }
-
-    /// Paths of all files in a folder, relative to it.
-    std::set<std::string> files_in(const fs::path& name) const {
-        std::set<std::string> names;
-        if (fs::exists(folder / name)) {
-            for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder / name)) {
-                if (entry.is_regular_file()) {
-                    names.insert(fs::relative(entry.path(), folder / name).string());
-                }
-            }
-        }
-        return names;
-    }
-
-    std::set<std::string> expected_files() const {
-        std::set<std::string> names{"block.mp4", "trajectory.h5", "summary.json"};
-        for (int k = 0; k < frame_count; ++k) {
-            names.insert(render::frame_file_name(k));
-        }
-        return names;
-    }
-};
-
-void expect_one_line(const std::string& text) {
-    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
-}
+class program : public test::Program {};
 
 } // namespace
 
@@ -149,7 +70,7 @@ TEST_F(program, a_step_longer_than_a_frame_is_shown_by_several_frames) {
     ASSERT_EQ(tumble("run block.toml --fps 100 --time-step 0.02 --duration 0.1 --no-video").code, 0);
     EXPECT_EQ(sim::TrajectoryReader(folder / "out/block/trajectory.h5").steps(),
               (std::vector<std::int64_t>{0, 1, 2, 3, 4, 5}));
-    EXPECT_EQ(files_in("out/block/frames").size(), 10u);
+    EXPECT_EQ(files_in("out/block/frames").size(), 11u);
     EXPECT_TRUE(bytes("out/block/frames/frame_000001.png") == bytes("out/block/frames/frame_000002.png"));
 }
 
@@ -204,20 +125,20 @@ TEST_F(program, a_second_run_leaves_nothing_of_the_first) {
     ASSERT_EQ(tumble("run block.toml").code, 0);
     ASSERT_EQ(tumble("run block.toml --duration 0.1 --no-video").code, 0);
     EXPECT_EQ(files_in("out/block"),
-              (std::set<std::string>{"frames/frame_000000.png", "frames/frame_000001.png", "summary.json",
-                                     "trajectory.h5"}));
+              (std::set<std::string>{"frames/run.json", "frames/frame_000000.png", "frames/frame_000001.png",
+                                     "summary.json", "trajectory.h5"}));
 }
 
 TEST_F(program, several_scenes_names_with_spaces_and_a_single_frame) {
-    fs::copy_file(folder / "block.toml", folder / "ein Bl\xC3\xB6"
-                                                  "ck.toml");
+    const std::string name = "ein B\xC3\xA4ll";
+    fs::copy_file(folder / "block.toml", folder / (name + ".toml"));
     const Outcome outcome = tumble("run block.toml ein*.toml --duration 0.05 --size 1x1");
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(files_in("out/ein Bl\xC3\xB6"
-                       "ck")
-                  .size(),
-              4u);
-    EXPECT_EQ(files_in("out/block").size(), 4u);
+    for (const std::string& scene : {std::string("block"), name}) {
+        EXPECT_EQ(files_in("out/" + scene),
+                  (std::set<std::string>{"frames/run.json", "frames/frame_000000.png", "summary.json",
+                                         "trajectory.h5", scene + ".mp4"}));
+    }
 }
 
 TEST_F(program, quiet_prints_nothing) {
@@ -313,6 +234,9 @@ TEST_F(program, interruption_keeps_whole_frames_only) {
         EXPECT_NE(outcome.err.find("tumble: interrupted; "), std::string::npos) << outcome.err;
         int frames = 0;
         for (const std::string& file : files_in("out/block")) {
+            if (file == "frames/run.json") {
+                continue;
+            }
             EXPECT_TRUE(file.starts_with("frames/frame_") && file.ends_with(".png")) << file;
             EXPECT_EQ(render::read_image(folder / "out/block" / file).width, 320);
             ++frames;
@@ -357,6 +281,6 @@ TEST_F(program, a_simulation_that_stops_is_told_apart) {
     EXPECT_EQ(outcome.code, 5) << outcome.err;
     expect_one_line(outcome.err);
     for (const std::string& file : files_in("out/block")) {
-        EXPECT_TRUE(file.ends_with(".png")) << file;
+        EXPECT_TRUE(file.starts_with("frames/") && !file.ends_with(".part")) << file;
     }
 }

@@ -1,0 +1,106 @@
+/// tumble join: the film from the frames of one or more folders, the same bytes as from one run.
+#include "render/cmd/interrupt.h"
+#include "render/cmd/options.h"
+#include "render/cmd/progress.h"
+#include "render/cmd/run_record.h"
+#include "render/film.h"
+#include "sim/error.h"
+#include "sim/scene_file.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+namespace cmd {
+
+namespace fs = std::filesystem;
+using sim::Error;
+using sim::ExitCode;
+
+namespace {
+
+sim::SceneDef scene_of(const RunRecord& record) {
+    return sim::parse_scene(record.scene_text, record.scene_name + ".toml", record.overrides);
+}
+
+/// The scene of all folders. Throws Error: io if one has no record, usage if they differ.
+sim::SceneDef common_scene(const std::vector<std::string>& folders) {
+    std::optional<RunRecord> first;
+    for (const std::string& folder : folders) {
+        const std::optional<RunRecord> record = read_run_record(folder);
+        if (!record) {
+            throw Error(ExitCode::io, fmt::format("cannot read {}: No such file or directory",
+                                                  (fs::path(folder) / run_record_name).string()));
+        }
+        if (!first) {
+            first = record;
+            continue;
+        }
+        const std::string difference = record_difference(*record, *first);
+        if (!difference.empty()) {
+            throw Error(ExitCode::usage,
+                        fmt::format("{} does not belong to {}: {}", folder, folders.front(), difference));
+        }
+    }
+    return scene_of(*first);
+}
+
+/// Where each frame lies. Throws Error (missing_or_size) naming the first that is nowhere.
+std::vector<fs::path> frame_paths(const std::vector<std::string>& folders, std::int64_t count) {
+    std::vector<fs::path> paths;
+    for (std::int64_t frame = 0; frame < count; ++frame) {
+        const std::string name = render::frame_file_name(frame);
+        std::error_code error;
+        for (const std::string& folder : folders) {
+            if (fs::is_regular_file(fs::path(folder) / name, error)) {
+                paths.push_back(fs::path(folder) / name);
+                break;
+            }
+        }
+        if (paths.size() != static_cast<std::size_t>(frame) + 1) {
+            throw Error(ExitCode::missing_or_size,
+                        fmt::format("frame {} of {} is missing: no {}", frame, count,
+                                    (fs::path(folders.front()) / name).string()));
+        }
+    }
+    return paths;
+}
+
+} // namespace
+
+void join_frames(const Options& options) {
+    const sim::SceneDef scene = common_scene(options.inputs);
+    const sim::OutputDef& output = scene.output;
+    const std::vector<fs::path> paths =
+        frame_paths(options.inputs, sim::frame_count(output.duration, output.fps));
+    const fs::path folder =
+        options.out.empty() ? fs::path(options.inputs.front()) : options.out / fs::path(scene.name);
+    const Workplace workplace(folder);
+    const std::string name = scene.name + ".mp4";
+    workplace.remove_file(name);
+    render::VideoWriter video(folder / name, output.width, output.height, render::video_settings(scene));
+    Progress progress(scene.name, "frames", static_cast<std::int64_t>(paths.size()), options.is_quiet);
+    std::int64_t done = 0;
+    for (const fs::path& path : paths) {
+        const render::Image image = render::read_image(path);
+        if (image.width != output.width || image.height != output.height) {
+            throw Error(ExitCode::missing_or_size,
+                        fmt::format("{} has {}x{} pixels, expected {}x{}", path.string(), image.width,
+                                    image.height, output.width, output.height));
+        }
+        if (is_interrupted()) {
+            progress.clear();
+            throw Error(ExitCode::interrupted, "interrupted; no film was made");
+        }
+        video.add(image);
+        progress.update(++done);
+    }
+    video.finish();
+    progress.clear();
+    if (!options.is_quiet) {
+        std::printf("%s: %zu frames joined; in %s\n", scene.name.c_str(), paths.size(),
+                    (folder / name).c_str());
+    }
+}
+
+} // namespace cmd

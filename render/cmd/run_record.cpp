@@ -1,0 +1,87 @@
+#include "render/cmd/run_record.h"
+
+#include "sim/error.h"
+#include "sim/file_io.h"
+#include "sim/scene_difference.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace cmd {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+RunRecord record_of(const sim::SceneDef& scene) {
+    return {"tumble " TUMBLE_VERSION, scene.name, scene.text, scene.overrides};
+}
+
+/// Throws Error (io).
+void write_run_record(const fs::path& folder, const RunRecord& record) {
+    const nlohmann::ordered_json json = {{"program", record.program},
+                                         {"scene_name", record.scene_name},
+                                         {"overrides", record.overrides},
+                                         {"scene_text", record.scene_text}};
+    // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
+    sim::write_file(folder / run_record_name,
+                    json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
+} // namespace
+
+std::string record_difference(const RunRecord& now, const RunRecord& before) {
+    if (now.program != before.program) {
+        return fmt::format("this is {}, it was {}", now.program, before.program);
+    }
+    return sim::scene_difference({now.scene_text, now.overrides}, {before.scene_text, before.overrides});
+}
+
+std::optional<RunRecord> read_run_record(const fs::path& folder) {
+    const fs::path path = folder / run_record_name;
+    std::error_code error;
+    if (!fs::exists(path, error)) {
+        return std::nullopt;
+    }
+    const std::string text = sim::read_text_file(path);
+    try {
+        const nlohmann::json json = nlohmann::json::parse(text);
+        return RunRecord{json.at("program"), json.at("scene_name"), json.at("scene_text"),
+                         json.at("overrides")};
+    } catch (const nlohmann::json::exception&) {
+        throw sim::Error(sim::ExitCode::io, fmt::format("cannot read {}: it is damaged", path.string()));
+    }
+}
+
+void prepare_frames(const Workplace& workplace, const sim::SceneDef& scene, bool keeps) {
+    const fs::path& folder = workplace.folder();
+    const RunRecord now = record_of(scene);
+    if (!keeps) {
+        workplace.remove_file(run_record_name);
+        workplace.remove_frames();
+    }
+    workplace.make_frames_folder();
+    // Of several slices that start at once, one writes the record.
+    const FolderLock lock(folder / "frames", FolderLock::Kind::alone, true);
+    const std::optional<RunRecord> before = read_run_record(folder);
+    if (!before && workplace.has_frames()) {
+        throw sim::Error(
+            sim::ExitCode::usage,
+            fmt::format("the frames in {} are of an unknown run; remove them, or run without --resume "
+                        "and --frames",
+                        folder.string()));
+    }
+    if (!before) {
+        write_run_record(folder, now);
+        return;
+    }
+    const std::string difference = record_difference(now, *before);
+    if (!difference.empty()) {
+        throw sim::Error(
+            sim::ExitCode::usage,
+            fmt::format("cannot go on in {}: {}; run without --resume and --frames to start again",
+                        folder.string(), difference));
+    }
+}
+
+} // namespace cmd

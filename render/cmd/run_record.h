@@ -1,0 +1,33 @@
+#pragma once
+/// What a folder's frames were made from: frames/run.json, written before the first of them.
+#include "render/cmd/workplace.h"
+#include "sim/scene_def.h"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cmd {
+
+inline constexpr const char* run_record_name = "frames/run.json";
+
+struct RunRecord {
+    std::string program; ///< "tumble 0.1.0"
+    std::string scene_name;
+    std::string scene_text;             ///< the scene file as read
+    std::vector<std::string> overrides; ///< "dotted.key=value", in the order applied
+};
+
+/// None if the folder has no record. Throws Error (io) if it cannot be read or is damaged.
+std::optional<RunRecord> read_run_record(const std::filesystem::path& folder);
+
+/// What keeps frames made from `before` from being used for `now`; empty if nothing does.
+std::string record_difference(const RunRecord& now, const RunRecord& before);
+
+/// Makes the folder ready for frames of the scene: those of another run are removed, unless `keeps` says that
+/// they are to be used, and run.json is written. Throws Error: usage if frames are to be used that were made
+/// with other settings, io.
+void prepare_frames(const Workplace& workplace, const sim::SceneDef& scene, bool keeps);
+
+} // namespace cmd

@@ -1,0 +1,76 @@
+#include "render/cmd/simulation.h"
+
+#include <memory>
+#include <utility>
+
+namespace cmd {
+
+std::int64_t frame_count_of(const sim::SceneDef& scene) {
+    return sim::frame_count(scene.output.duration, scene.output.fps);
+}
+
+std::int64_t step_count_of(const sim::SceneDef& scene) {
+    return sim::step_count(scene.output.duration, scene.step.time_step);
+}
+
+Simulation::Simulation(const sim::SceneDef& scene, sim::World world, render::Film* film)
+    : scene_(scene), world_(std::move(world)), film_(film), frames_{0, frame_count_of(scene)},
+      last_step_(step_count_of(scene)) {}
+
+void Simulation::restrict_to(const FrameRange& frames) {
+    frames_ = frames;
+    last_step_ = sim::step_of_frame(frames.end - 1, scene_.output.fps, scene_.step.time_step);
+}
+
+void Simulation::advance(const render::ThreadGroup& threads) {
+    summary_.start = sim::mechanics(scene_, world_.take_snapshot());
+    if (!record_state()) {
+        return;
+    }
+    while (world_.step_index() < last_step_) {
+        if (threads.is_stopping()) {
+            return;
+        }
+        summary_.totals.add(world_.step());
+        ++steps_done_;
+        if (!record_state()) {
+            return;
+        }
+    }
+    if (film_ != nullptr) {
+        film_->close();
+    }
+    const sim::Snapshot last = world_.take_snapshot();
+    summary_.end = sim::mechanics(scene_, last);
+    summary_.state_hash = sim::state_hash(last);
+    summary_.simulated_time = world_.time();
+    if (trajectory_) {
+        trajectory_->finish();
+    }
+}
+
+bool Simulation::record_state() {
+    const std::int64_t step = world_.step_index();
+    const sim::OutputDef& output = scene_.output;
+    const auto is_frame_now = [&] {
+        return next_frame_ < frames_.end &&
+               sim::step_of_frame(next_frame_, output.fps, scene_.step.time_step) == step;
+    };
+    const bool is_record = output.record_every > 0 ? step % output.record_every == 0 : is_frame_now();
+    if (!is_record && !is_frame_now()) {
+        return true;
+    }
+    const auto snapshot = std::make_shared<const sim::Snapshot>(world_.take_snapshot());
+    if (is_record && trajectory_) {
+        trajectory_->append(*snapshot);
+    }
+    // A step longer than a frame is shown by several.
+    for (; is_frame_now(); ++next_frame_) {
+        if (film_ != nullptr && next_frame_ >= frames_.begin && !film_->add(next_frame_, snapshot)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+} // namespace cmd

@@ -1,0 +1,54 @@
+#pragma once
+/// One scene on its way from state 0 to the end of the film, or to the last frame of a slice.
+#include "render/cmd/options.h"
+#include "render/film.h"
+#include "render/thread_group.h"
+#include "sim/scene_def.h"
+#include "sim/summary.h"
+#include "sim/trajectory.h"
+#include "sim/world.h"
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+
+namespace cmd {
+
+/// Frames and steps of a scene's whole film.
+std::int64_t frame_count_of(const sim::SceneDef& scene);
+std::int64_t step_count_of(const sim::SceneDef& scene);
+
+class Simulation {
+public:
+    /// film: may be null; scene and film must outlive this.
+    Simulation(const sim::SceneDef& scene, sim::World world, render::Film* film);
+
+    /// All states are recorded in `path` too. Throws Error (io).
+    void record_to(const std::filesystem::path& path) { trajectory_.emplace(path, scene_); }
+    /// Only these frames go to the film, and the simulation ends with the last of them.
+    void restrict_to(const FrameRange& frames);
+
+    /// The thread's work: all steps, or as many as are made until the group stops. Throws Error.
+    void advance(const render::ThreadGroup& threads);
+
+    std::int64_t steps_done() const { return steps_done_; }
+    std::int64_t last_step() const { return last_step_; }
+    /// Once advance() has returned.
+    const sim::Summary& summary() const { return summary_; }
+
+private:
+    /// Hands the present state to trajectory and film, where it is one of theirs. False once the film stops.
+    bool record_state();
+
+    const sim::SceneDef& scene_;
+    sim::World world_;
+    render::Film* film_;
+    std::optional<sim::TrajectoryWriter> trajectory_;
+    FrameRange frames_;
+    std::int64_t last_step_;
+    std::int64_t next_frame_ = 0;
+    sim::Summary summary_;
+    std::atomic<std::int64_t> steps_done_ = 0;
+};
+
+} // namespace cmd
