@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <tuple>
 
 namespace render {
@@ -23,8 +24,9 @@ constexpr double floor_extent_in_views = 14.0;
 constexpr double reach_in_views = 3.0;
 /// Shadow texels are not smaller than this many view distances.
 constexpr double least_texel_in_views = 0.0009;
-/// Spheres above this radius on the picture are drawn with the fine mesh [px].
-constexpr double fine_sphere_pixels = 24.0;
+/// Spheres below these radii on the picture [px] are drawn with the first, second, third mesh: the polygon
+/// stays within 0.15 px of the circle.
+constexpr std::array<double, mesh_id::sphere_count - 1> sphere_pixels{7.0, 30.0, 120.0};
 /// Radius of the rod that a joint is drawn as, in view distances; and the least on the picture, so that a rod
 /// covers the centre of at least one pixel in each row (edges.cpp then counts its true width) [px].
 constexpr double rod_radius_in_views = 0.0014;
@@ -113,9 +115,10 @@ private:
 
     void add_primitive(const sim::Sphere& sphere, const Pose& pose) {
         const double distance = std::max((pose.position - view_.eye).norm(), sphere.radius);
-        const bool is_fine = sphere.radius / distance * pixels_per_radian_ > fine_sphere_pixels;
+        const double pixels = sphere.radius / distance * pixels_per_radian_;
+        const auto level = std::upper_bound(sphere_pixels.begin(), sphere_pixels.end(), pixels);
         rounds.push_back(part(pose, Vec3::Constant(sphere.radius), sphere.radius,
-                              is_fine ? mesh_id::sphere_fine : mesh_id::sphere_coarse));
+                              mesh_id::sphere_first + static_cast<int>(level - sphere_pixels.begin())));
     }
 
     Part part(const Pose& pose, const Vec3& scale, double bounding_radius, int mesh) const {
@@ -200,9 +203,7 @@ std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& 
         // there.
         const Vec3 near = view.target - normal * (view.target - pose.position).dot(normal);
         Floor floor{};
-        floor.origin = to_glm(near);
-        floor.normal = to_glm(normal);
-        floor.tangent = to_glm(tangent);
+        floor.frame = {to_glm(near), to_glm(normal), to_glm(tangent)};
         floor.grid_origin = {static_cast<float>((near - pose.position).dot(tangent)),
                              static_cast<float>((near - pose.position).dot(across))};
         floor.color = to_glm(body.look.color);
@@ -257,7 +258,7 @@ OcclusionVolume make_occlusion(const SceneGeometry& geometry, const PartCollecto
         }
     }
     for (const Floor& floor : floors) {
-        volume.add_half_space(floor.origin, floor.normal);
+        volume.add_half_space(floor.frame.origin, floor.frame.normal);
     }
     volume.finish();
     return volume;
@@ -265,7 +266,7 @@ OcclusionVolume make_occlusion(const SceneGeometry& geometry, const PartCollecto
 
 /// Rounds in batches, with ids that follow those of the faces.
 void fill_rounds(const std::vector<Part>& parts, const SceneGeometry& geometry, DrawList& list) {
-    auto next_id = static_cast<std::uint32_t>(list.whole_faces.size() + 1);
+    auto next_id = static_cast<std::uint32_t>(list.faces.size() + 1);
     for (const Part& part : parts) {
         std::vector<RoundBatch>& batches = list.round_batches;
         if (batches.empty() || batches.back().mesh != part.mesh || batches.back().pattern != part.pattern) {
@@ -281,39 +282,23 @@ void fill_rounds(const std::vector<Part>& parts, const SceneGeometry& geometry, 
     }
 }
 
-/// Where on a floor shadows may lie: the sides of the shadow volume meet it in four points. The whole floor,
-/// if the sun is too low.
-void set_shadowed(const ShadowVolume& shadow, const glm::vec3& to_sun, float extent, Floor& floor) {
-    const glm::vec3 across = glm::cross(floor.normal, floor.tangent);
-    const float n_l = glm::dot(floor.normal, to_sun);
-    constexpr float far = 2.0f;
-    std::array<glm::vec2, 4> corners{glm::vec2(-far, -far), {far, -far}, {far, far}, {-far, far}};
-    std::array<glm::vec2, 4> found{};
-    bool is_usable = n_l > 0.1f;
-    for (std::size_t i = 0; i < 4 && is_usable; ++i) {
-        const glm::vec4 corner = shadow.world_from_clip * glm::vec4(corners[i] / far, 0.5f, 1.0f);
-        const glm::vec3 start = glm::vec3(corner) / corner.w - floor.origin;
-        const glm::vec3 p = start - to_sun * (glm::dot(start, floor.normal) / n_l);
-        found[i] = {glm::dot(p, floor.tangent), glm::dot(p, across)};
-        is_usable = glm::length(found[i]) < far * extent;
+/// How far a ring around a region reaches, in sizes of the region, so that it ends beyond the horizon.
+float ring_scale(const FloorRegion& region, float extent) {
+    glm::vec2 middle(0.0f);
+    for (const glm::vec2& corner : region) {
+        middle += corner / static_cast<float>(region.size());
     }
-    floor.ring_scale = 1.0f;
-    if (!is_usable) {
-        for (std::size_t i = 0; i < 4; ++i) {
-            floor.shadowed[i] = corners[i] * extent;
-        }
-        return;
-    }
-    // The ring's near side clears the horizon from wherever the eye stands over the inner part.
     float inner_radius = std::numeric_limits<float>::max();
-    const glm::vec2 middle = 0.25f * (found[0] + found[1] + found[2] + found[3]);
-    for (std::size_t i = 0; i < 4; ++i) {
-        const glm::vec2 side = glm::normalize(found[(i + 1) % 4] - found[i]);
-        const glm::vec2 to_middle = middle - found[i];
-        inner_radius = std::min(inner_radius, std::abs(side.x * to_middle.y - side.y * to_middle.x));
+    for (std::size_t i = 0; i < region.size(); ++i) {
+        const glm::vec2 side = region[(i + 1) % region.size()] - region[i];
+        const glm::vec2 to_middle = middle - region[i];
+        const float length = glm::length(side);
+        if (length > 0.0f) {
+            inner_radius =
+                std::min(inner_radius, std::abs(side.x * to_middle.y - side.y * to_middle.x) / length);
+        }
     }
-    floor.ring_scale = 2.0f * far * extent / inner_radius;
-    floor.shadowed = found;
+    return 4.0f * extent / inner_radius;
 }
 
 /// Cell of the occlusion volume: a share of the smallest body, coarser where the start fills much space.
@@ -373,13 +358,11 @@ FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume
     if (volume.is_empty()) {
         return result;
     }
-    const glm::vec3 across = glm::cross(floor.normal, floor.tangent);
     glm::vec2 lower(std::numeric_limits<float>::max());
     glm::vec2 upper(std::numeric_limits<float>::lowest());
     for (int i = 0; i < 8; ++i) {
         const glm::vec3 share(i & 1, (i >> 1) & 1, (i >> 2) & 1);
-        const glm::vec3 corner = glm::mix(volume.lower(), volume.upper(), share) - floor.origin;
-        const glm::vec2 p(glm::dot(corner, floor.tangent), glm::dot(corner, across));
+        const glm::vec2 p = floor.frame.place(glm::mix(volume.lower(), volume.upper(), share));
         lower = glm::min(lower, p);
         upper = glm::max(upper, p);
     }
@@ -391,11 +374,12 @@ FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume
     result.width = size.x;
     result.height = size.y;
     result.open.clear();
+    const glm::vec3 across = floor.frame.across();
     for (int y = 0; y < size.y; ++y) {
         for (int x = 0; x < size.x; ++x) {
             const glm::vec2 p = first + (glm::vec2(x, y) + 0.5f) * volume.cell();
-            const glm::vec3 position = floor.origin + floor.tangent * p.x + across * p.y;
-            result.open.push_back(volume.open_share(position, floor.normal));
+            const glm::vec3 position = floor.frame.origin + floor.frame.tangent * p.x + across * p.y;
+            result.open.push_back(volume.open_share(position, floor.frame.normal));
         }
     }
     const glm::vec2 scale = 1.0f / (glm::vec2(size) * volume.cell());
@@ -431,13 +415,18 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
         }
     }
     list.boxes.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(parts.boxes.size()));
+    const std::span<const Instance> rounds = std::span<const Instance>(all).subspan(parts.boxes.size());
     list.camera = make_camera(view_point, depth_range(view_point, all, extent, !list.floors.empty()));
     const double margin = static_cast<double>(occlusion_margin_cells * geometry.occlusion_cell);
     list.shadow = make_shadow_volume({glm::dvec3(list.light.to_sun), view_point.target, reach, margin,
                                       viewport.shadow_size, least_texel_in_views * scale},
                                      all);
+    const float occlusion_reach = 2.0f * occlusion_margin_cells * geometry.occlusion_cell;
+    const FloorRegionSetup region{list.light.to_sun, 3.0f * list.shadow.texel_size, occlusion_reach,
+                                  2.0f * list.floor_extent};
     for (Floor& floor : list.floors) {
-        set_shadowed(list.shadow, list.light.to_sun, list.floor_extent, floor);
+        floor.region = make_floor_region(floor.frame, region, list.boxes, rounds);
+        floor.ring_scale = ring_scale(floor.region, list.floor_extent);
     }
     list.occlusion =
         make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(reach));

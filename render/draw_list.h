@@ -2,6 +2,7 @@
 /// What is drawn of one snapshot: the seam between the scene (Eigen, double) and OpenGL (GLM, float).
 #include "render/camera.h"
 #include "render/draw_types.h"
+#include "render/floor_region.h"
 #include "render/occlusion.h"
 #include "render/projection.h"
 #include "sim/scene_def.h"
@@ -9,47 +10,58 @@
 
 #include <glm/glm.hpp>
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 namespace render {
 
-/// A patch of a flat face that the camera can see, as the vertex shader reads it (texels of 16 bytes).
+/// A flat face that the camera can see, as the vertex shader reads it (texels of 16 bytes).
 struct Face {
     glm::vec3 center; ///< [m]
     float roughness;  ///< [-] 0.05..1
     glm::vec3 half_u; ///< [m] from the centre to the middle of an edge; half_u x half_v points outwards
     float metallic;   ///< [-] 0..1
     glm::vec3 half_v; ///< [m]
-    std::uint32_t id; ///< of the whole face: index into DrawList::faces_whole, plus 1
+    std::uint32_t id; ///< index into DrawList::faces, plus 1
     glm::vec3 color;  ///< linear RGB
-    float unused_0;
+    std::uint32_t
+        open_corners; ///< share of the sky seen at -u-v, +u-v, -u+v, +u+v, 1/255 each, lowest byte first
     glm::vec3 pattern_color; ///< linear RGB
+    float unused_0;
+    glm::vec4
+        open_place; ///< of a large face: texture coordinates of the corners -u-v and +u+v in the sky atlas
+    glm::vec3 body_center; ///< in the body, in the units that its pattern is counted in
     float unused_1;
-    glm::vec4 open;        ///< share of the sky seen at the corners -u-v, +u-v, -u+v, +u+v [-] 0..1
-    glm::vec3 body_center; ///< in the body, as a share of its size 0..1: what patterns are counted in
-    float unused_2;
     glm::vec3 body_half_u;
-    float unused_3;
+    float unused_2;
     glm::vec3 body_half_v;
-    float unused_4;
+    float unused_3;
 };
 static_assert(sizeof(Face) == 9 * 16);
 
-/// A whole flat face: where its edges are.
-struct WholeFace {
-    glm::vec3 center; ///< [m]
-    glm::vec3 half_u; ///< [m]
-    glm::vec3 half_v; ///< [m]
+/// Which program draws a face.
+struct FaceKind {
+    sim::Pattern pattern = sim::Pattern::plain;
+    bool is_lit = false;   ///< turned towards the sun
+    bool is_metal = false; ///< at least in part
+    bool is_large =
+        false; ///< so large that the share of the sky is told in the atlas, not at the corners alone
+
+    friend auto operator<=>(const FaceKind&, const FaceKind&) = default;
 };
 
 /// Faces drawn by one call.
 struct FaceBatch {
-    sim::Pattern pattern = sim::Pattern::plain;
-    bool is_lit = false; ///< turned towards the sun
-    int first = 0;       ///< index into DrawList::faces
+    FaceKind kind;
+    int first = 0; ///< index into DrawList::faces
     int count = 0;
+};
+
+/// Shares of the sky on all large faces, each in a rectangle of its own.
+struct SkyAtlas {
+    static constexpr int width = 256;
+    int height = 1;
+    std::vector<float> open = std::vector<float>(width, 1.0f); ///< [height * width] 0..1
 };
 
 /// Instances drawn by one call: the same mesh and pattern.
@@ -62,15 +74,12 @@ struct RoundBatch {
 
 /// A plane body: its surface is drawn as a floor with a grid.
 struct Floor {
-    glm::vec3 origin;      ///< a point on it near what the camera looks at [m]
-    glm::vec3 normal;      ///< unit
-    glm::vec3 tangent;     ///< unit, direction of the grid's first lines
-    glm::vec2 grid_origin; ///< of `origin` in the grid, along tangent and across it [m]
+    FloorFrame frame;      ///< origin: a point on it near what the camera looks at
+    glm::vec2 grid_origin; ///< of the frame's origin in the grid, along tangent and across it [m]
     glm::vec3 color;       ///< linear RGB
     glm::vec3 line_color;  ///< linear RGB
-    std::array<glm::vec2, 4>
-        shadowed;     ///< corners of what may lie in shadow, from `origin`, counter-clockwise [m]
-    float ring_scale; ///< the ring around it reaches this many times as far from its middle
+    FloorRegion region;    ///< outside it the floor is in full light
+    float ring_scale;      ///< the ring around it reaches this many times as far from its middle
     std::uint32_t id;
 };
 
@@ -92,7 +101,7 @@ struct DrawList {
     std::vector<RoundBatch> round_batches;
     std::vector<Face> faces; ///< grouped by batch, nearest first within one
     std::vector<FaceBatch> face_batches;
-    std::vector<WholeFace> whole_faces; ///< by id - 1
+    SkyAtlas sky_atlas;
     std::vector<Floor> floors;
     OcclusionVolume occlusion;
     float floor_extent = 0.0f; ///< [m] a floor has faded into the sky at this distance from the eye

@@ -8,10 +8,10 @@ namespace render {
 
 /// Triangles an instance is made of. A lathe surface has its own mesh: lathe_first + index of its profile.
 namespace mesh_id {
-inline constexpr int sphere_fine = 0;
-inline constexpr int sphere_coarse = 1;
-inline constexpr int rod = 2;
-inline constexpr int lathe_first = 3;
+inline constexpr int sphere_first = 0; ///< spheres from coarse to fine
+inline constexpr int sphere_count = 4;
+inline constexpr int rod = sphere_count;
+inline constexpr int lathe_first = rod + 1;
 } // namespace mesh_id
 
 /// One placed part, as the vertex shader reads it.

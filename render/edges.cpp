@@ -7,19 +7,38 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace render {
 
 namespace {
 
+/// Four samples at a time: vectors as g++ and clang++ have them on every processor.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
 constexpr int sample_count = 8;
 /// Places of the samples about the pixel's centre [px]: one in each row and column of 8 x 8.
-constexpr std::array<float, sample_count> sample_x{0.0625f,  -0.0625f, 0.3125f, -0.1875f,
-                                                   -0.3125f, -0.4375f, 0.1875f, 0.4375f};
-constexpr std::array<float, sample_count> sample_y{-0.1875f, 0.1875f,  0.0625f, -0.3125f,
-                                                   0.3125f,  -0.0625f, 0.4375f, -0.4375f};
+constexpr std::array<Float4, 2> sample_x{Float4{0.0625f, -0.0625f, 0.3125f, -0.1875f},
+                                         Float4{-0.3125f, -0.4375f, 0.1875f, 0.4375f}};
+constexpr std::array<Float4, 2> sample_y{Float4{-0.1875f, 0.1875f, 0.0625f, -0.3125f},
+                                         Float4{0.3125f, -0.0625f, 0.4375f, -0.4375f}};
+
+Float4 all(float x) {
+    return Float4{x, x, x, x};
+}
+Int4 all(std::int32_t x) {
+    return Int4{x, x, x, x};
+}
+Int4 chosen(Int4 mask, Int4 a, Int4 b) {
+    return (mask & a) | (~mask & b);
+}
+Float4 chosen(Int4 mask, Float4 a, Float4 b) {
+    return std::bit_cast<Float4>(chosen(mask, std::bit_cast<Int4>(a), std::bit_cast<Int4>(b)));
+}
 
 /// A flat part in the picture. At window position p = (x, y, 1) the dot products of p with the three vectors
 /// are 1 / w, u / w and v / w: w is the distance along the view, and u, v in -1..1 are inside the face.
@@ -46,8 +65,15 @@ struct PartRef {
 
 /// The largest 1 / w at which each sample's ray has met a part, and which one.
 struct Samples {
-    std::array<float, sample_count> inverse_w;
-    std::array<int, sample_count> winner;
+    std::array<Float4, 2> inverse_w{};
+    std::array<Int4, 2> winner{};
+
+    /// Takes part k where `is_hit` holds and it lies before all parts so far.
+    void meet(std::size_t half, Int4 is_hit, Float4 at_inverse_w, int k) {
+        const Int4 is_first = is_hit & (at_inverse_w > inverse_w[half]);
+        inverse_w[half] = chosen(is_first, at_inverse_w, inverse_w[half]);
+        winner[half] = chosen(is_first, all(k), winner[half]);
+    }
 };
 
 /// Window homogeneous coordinates (x w, y w, w) of a direction from the eye.
@@ -65,7 +91,7 @@ public:
     PartTable(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list)
         : window_(window_from_direction(list.camera, raw.width, raw.height)), eye_(list.camera.eye) {
         refs_.push_back({});
-        for (const WholeFace& face : list.whole_faces) {
+        for (const Face& face : list.faces) {
             add_flat(face.center, face.half_u, face.half_v, true);
         }
         for (const std::vector<glm::vec2>& profile : geometry.profiles) {
@@ -78,7 +104,7 @@ public:
             }
         }
         for (const Floor& floor : list.floors) {
-            add_flat(floor.origin, floor.tangent, glm::cross(floor.normal, floor.tangent), false);
+            add_flat(floor.frame.origin, floor.frame.tangent, floor.frame.across(), false);
         }
     }
 
@@ -89,8 +115,9 @@ public:
         const PartRef ref = refs_[id];
         switch (ref.kind) {
         case PartRef::Kind::sky:
-            for (int s = 0; s < sample_count; ++s) {
-                samples.winner[s] = samples.inverse_w[s] <= 0.0f ? k : samples.winner[s];
+            for (std::size_t half = 0; half < 2; ++half) {
+                samples.winner[half] =
+                    chosen(samples.inverse_w[half] <= all(0.0f), all(k), samples.winner[half]);
             }
             break;
         case PartRef::Kind::flat:
@@ -127,7 +154,7 @@ private:
             refs_.push_back({PartRef::Kind::round, static_cast<std::uint32_t>(rounds_.size())});
             rounds_.push_back(part);
         };
-        if (mesh == mesh_id::sphere_fine || mesh == mesh_id::sphere_coarse) {
+        if (mesh < mesh_id::sphere_first + mesh_id::sphere_count) {
             add(nullptr, nullptr);
             return;
         }
@@ -144,43 +171,41 @@ private:
 
     static void follow_flat(const FlatPart& part, int k, const glm::vec2& pixel, Samples& samples) {
         const auto at_center = [&](const glm::vec3& f) { return f.x * pixel.x + f.y * pixel.y + f.z; };
+        const auto at_samples = [](const glm::vec3& f, float center, std::size_t half) {
+            return all(center) + all(f.x) * sample_x[half] + all(f.y) * sample_y[half];
+        };
         const float w0 = at_center(part.inverse_w);
-        if (!part.is_bounded) {
-            for (int s = 0; s < sample_count; ++s) {
-                const float inverse_w = w0 + part.inverse_w.x * sample_x[s] + part.inverse_w.y * sample_y[s];
-                const bool is_first = inverse_w > samples.inverse_w[s];
-                samples.inverse_w[s] = is_first ? inverse_w : samples.inverse_w[s];
-                samples.winner[s] = is_first ? k : samples.winner[s];
-            }
-            return;
-        }
         const float u0 = at_center(part.u);
         const float v0 = at_center(part.v);
-        for (int s = 0; s < sample_count; ++s) {
-            const float inverse_w = w0 + part.inverse_w.x * sample_x[s] + part.inverse_w.y * sample_y[s];
-            const float u = std::abs(u0 + part.u.x * sample_x[s] + part.u.y * sample_y[s]);
-            const float v = std::abs(v0 + part.v.x * sample_x[s] + part.v.y * sample_y[s]);
-            const bool is_first = (inverse_w > samples.inverse_w[s]) & (u <= inverse_w) & (v <= inverse_w);
-            samples.inverse_w[s] = is_first ? inverse_w : samples.inverse_w[s];
-            samples.winner[s] = is_first ? k : samples.winner[s];
+        for (std::size_t half = 0; half < 2; ++half) {
+            const Float4 inverse_w = at_samples(part.inverse_w, w0, half);
+            Int4 is_hit = all(-1);
+            if (part.is_bounded) {
+                const Float4 u = at_samples(part.u, u0, half);
+                const Float4 v = at_samples(part.v, v0, half);
+                is_hit = (u <= inverse_w) & (-u <= inverse_w) & (v <= inverse_w) & (-v <= inverse_w);
+            }
+            samples.meet(half, is_hit, inverse_w, k);
         }
     }
 
     static void follow_round(const RoundPart& part, int k, const glm::vec2& pixel, Samples& samples) {
-        for (int s = 0; s < sample_count; ++s) {
-            const glm::vec3 ray = part.ray_from_window[0] * (pixel.x + sample_x[s]) +
-                                  part.ray_from_window[1] * (pixel.y + sample_y[s]) + part.ray_from_window[2];
-            float w = std::numeric_limits<float>::max();
-            if (part.first == nullptr) {
-                w = meet_sphere(part.origin, ray);
+        for (std::size_t half = 0; half < 2; ++half) {
+            Float4 inverse_w{};
+            for (int s = 0; s < 4; ++s) {
+                const glm::vec3 ray = part.ray_from_window[0] * (pixel.x + sample_x[half][s]) +
+                                      part.ray_from_window[1] * (pixel.y + sample_y[half][s]) +
+                                      part.ray_from_window[2];
+                float w = std::numeric_limits<float>::max();
+                if (part.first == nullptr) {
+                    w = meet_sphere(part.origin, ray);
+                }
+                for (const LatheBand* band = part.first; band != part.last; ++band) {
+                    w = std::min(w, meet_band(*band, part.origin, ray));
+                }
+                inverse_w[s] = 1.0f / w;
             }
-            for (const LatheBand* band = part.first; band != part.last; ++band) {
-                w = std::min(w, meet_band(*band, part.origin, ray));
-            }
-            if (1.0f / w > samples.inverse_w[s]) {
-                samples.inverse_w[s] = 1.0f / w;
-                samples.winner[s] = k;
-            }
+            samples.meet(half, all(-1), inverse_w, k);
         }
     }
 
@@ -288,14 +313,14 @@ Candidates collect(const RowWindow& rows, int x) {
 /// Mean of the eight samples of the pixel whose centre is at `pixel`.
 void smooth_pixel(const PartTable& parts, const Candidates& found, const glm::vec2& pixel, std::uint8_t* to) {
     Samples samples;
-    samples.inverse_w.fill(0.0f);
-    samples.winner.fill(0);
     for (int k = 0; k < found.count; ++k) {
         parts.follow(found.id[k], k, pixel, samples);
     }
     std::array<int, 9> hits{};
-    for (int s = 0; s < sample_count; ++s) {
-        ++hits[static_cast<std::size_t>(samples.winner[s])];
+    for (const Int4& winner : samples.winner) {
+        for (int s = 0; s < 4; ++s) {
+            ++hits[static_cast<std::size_t>(winner[s])];
+        }
     }
     std::array<float, 3> sum{};
     for (int k = 0; k < found.count; ++k) {
@@ -317,11 +342,11 @@ Image flipped(const RawPicture& raw) {
         const std::uint8_t* from =
             raw.rgba.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 4;
         std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(y) * raw.width * 3;
-        for (int x = 0; x < raw.width; ++x) {
-            to[3 * x] = from[4 * x];
-            to[3 * x + 1] = from[4 * x + 1];
-            to[3 * x + 2] = from[4 * x + 2];
+        // Four bytes at a time: the fourth is overwritten by the next pixel.
+        for (int x = 0; x + 1 < raw.width; ++x) {
+            std::memcpy(to + 3 * x, from + 4 * x, 4);
         }
+        std::memcpy(to + 3 * (raw.width - 1), from + 4 * (raw.width - 1), 3);
     }
     return image;
 }

@@ -5,20 +5,52 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 namespace render {
 
 namespace {
 
-/// Sky shares are taken at the corners of patches: at least this many cells a side, and about this many
-/// patches over all large faces.
-constexpr float least_patch_cells = 1.5f;
-constexpr float most_patches = 4000.0f;
+/// A face larger than this many cells of the occlusion volume is large.
+constexpr float small_cells = 4.0f;
+/// Distance in cells of the points at which the share of the sky is taken on a large face, and the most of
+/// them along one side.
+constexpr float point_distance_cells = 1.5f;
+constexpr int most_points = SkyAtlas::width / 2;
 
-/// Divides the faces that the camera sees into patches.
+/// Places rectangles in rows of the atlas: each row as high as its highest one.
+class AtlasRows {
+public:
+    explicit AtlasRows(SkyAtlas& atlas) : atlas_(atlas) {}
+
+    /// Lowest corner of a free rectangle; width at most that of the atlas.
+    glm::ivec2 place(int width, int height) {
+        if (next_.x + width > SkyAtlas::width) {
+            next_ = {0, next_.y + row_height_};
+            row_height_ = 0;
+        }
+        const glm::ivec2 at = next_;
+        next_.x += width;
+        row_height_ = std::max(row_height_, height);
+        atlas_.height = std::max(atlas_.height, next_.y + row_height_);
+        atlas_.open.resize(static_cast<std::size_t>(atlas_.height) * SkyAtlas::width, 1.0f);
+        return at;
+    }
+
+private:
+    SkyAtlas& atlas_;
+    glm::ivec2 next_{0};
+    int row_height_ = 0;
+};
+
+std::uint32_t packed_share(float share) {
+    return static_cast<std::uint32_t>(std::clamp(share, 0.0f, 1.0f) * 255.0f + 0.5f);
+}
+
+/// Collects the faces that the camera sees, kind by kind.
 class FaceMaker {
 public:
-    FaceMaker(DrawList& list, float patch_size) : list_(list), patch_size_(patch_size) {}
+    explicit FaceMaker(DrawList& list) : list_(list), rows_(list.sky_atlas) {}
 
     void add_box(const Part& box) {
         const Instance& instance = box.instance;
@@ -32,16 +64,18 @@ public:
         }
     }
 
-    /// Moves the patches into the list, batch by batch.
+    /// Moves the faces into the list, kind by kind, and numbers them.
     void finish() {
-        for (std::size_t key = 0; key < patches_.size(); ++key) {
-            if (patches_[key].empty()) {
-                continue;
+        for (auto& [kind, faces] : faces_) {
+            list_.face_batches.push_back(
+                {kind, static_cast<int>(list_.faces.size()), static_cast<int>(faces.size())});
+            for (Face& face : faces) {
+                face.id = static_cast<std::uint32_t>(list_.faces.size() + 1);
+                // Known only now: in texels so far.
+                face.open_place /= glm::vec4(SkyAtlas::width, list_.sky_atlas.height, SkyAtlas::width,
+                                             list_.sky_atlas.height);
+                list_.faces.push_back(face);
             }
-            list_.face_batches.push_back({static_cast<sim::Pattern>(key / 2), key % 2 == 0,
-                                          static_cast<int>(list_.faces.size()),
-                                          static_cast<int>(patches_[key].size())});
-            list_.faces.insert(list_.faces.end(), patches_[key].begin(), patches_[key].end());
         }
     }
 
@@ -56,17 +90,15 @@ private:
             return turned(instance.orientation, e);
         };
         const glm::vec3 normal = unit(axis) * side;
-        WholeFace whole{instance.position + normal * instance.scale[axis],
-                        unit(u) * (instance.scale[u] * side), unit(v) * instance.scale[v]};
-        if (glm::dot(normal, list_.camera.eye - whole.center) <= 0.0f) {
+        Face face{};
+        face.center = instance.position + normal * instance.scale[axis];
+        if (glm::dot(normal, list_.camera.eye - face.center) <= 0.0f) {
             return;
         }
-        list_.whole_faces.push_back(whole);
-
-        Face face{};
+        face.half_u = unit(u) * (instance.scale[u] * side);
+        face.half_v = unit(v) * instance.scale[v];
         face.roughness = instance.roughness;
         face.metallic = instance.metallic;
-        face.id = static_cast<std::uint32_t>(list_.whole_faces.size());
         face.color = instance.color;
         face.pattern_color = instance.pattern_color;
         // A grid is counted in metres from the body's middle, the other patterns in shares of its size.
@@ -76,73 +108,53 @@ private:
         face.body_center[axis] += half[axis] * side;
         face.body_half_u[u] = half[u] * side;
         face.body_half_v[v] = half[v];
-        const bool is_lit = glm::dot(normal, list_.light.to_sun) > 0.0f;
-        const auto key = 2 * static_cast<std::size_t>(box.pattern) + (is_lit ? 0 : 1);
-        divide(face, whole, normal, patches_[key]);
+
+        const float largest = 2.0f * std::max(instance.scale[u], instance.scale[v]);
+        const FaceKind kind{box.pattern, glm::dot(normal, list_.light.to_sun) > 0.0f,
+                            instance.metallic > 0.0f, largest > small_cells * list_.occlusion.cell()};
+        if (kind.is_large) {
+            fill_atlas(normal, face);
+        } else {
+            face.open_corners = packed_share(open_share(face, {-1, -1}, normal)) |
+                                packed_share(open_share(face, {1, -1}, normal)) << 8 |
+                                packed_share(open_share(face, {-1, 1}, normal)) << 16 |
+                                packed_share(open_share(face, {1, 1}, normal)) << 24;
+        }
+        faces_[kind].push_back(face);
     }
 
-    void divide(const Face& face, const WholeFace& whole, const glm::vec3& normal,
-                std::vector<Face>& patches) {
-        const auto count = [this](const glm::vec3& half) {
-            const float n = std::ceil(2.0f * glm::length(half) / patch_size_ - 0.25f);
-            return static_cast<int>(std::clamp(n, 1.0f, 64.0f));
+    float open_share(const Face& face, const glm::vec2& place, const glm::vec3& normal) const {
+        return list_.occlusion.open_share(face.center + face.half_u * place.x + face.half_v * place.y,
+                                          normal);
+    }
+
+    void fill_atlas(const glm::vec3& normal, Face& face) {
+        const auto points = [this](const glm::vec3& half) {
+            const float n = 2.0f * glm::length(half) / (point_distance_cells * list_.occlusion.cell());
+            return static_cast<int>(std::clamp(std::ceil(n) + 1.0f, 2.0f, static_cast<float>(most_points)));
         };
-        const int count_u = count(whole.half_u);
-        const int count_v = count(whole.half_v);
-        // Sky shares at all corners, row by row.
-        open_.clear();
-        for (int j = 0; j <= count_v; ++j) {
-            for (int i = 0; i <= count_u; ++i) {
-                const glm::vec3 corner =
-                    whole.center +
-                    whole.half_u * (2.0f * static_cast<float>(i) / static_cast<float>(count_u) - 1.0f) +
-                    whole.half_v * (2.0f * static_cast<float>(j) / static_cast<float>(count_v) - 1.0f);
-                open_.push_back(list_.occlusion.open_share(corner, normal));
+        const glm::ivec2 count(points(face.half_u), points(face.half_v));
+        const glm::ivec2 at = rows_.place(count.x, count.y);
+        for (int j = 0; j < count.y; ++j) {
+            float* row =
+                list_.sky_atlas.open.data() + static_cast<std::size_t>(at.y + j) * SkyAtlas::width + at.x;
+            for (int i = 0; i < count.x; ++i) {
+                row[i] = open_share(face, 2.0f * glm::vec2(i, j) / glm::vec2(count - 1) - 1.0f, normal);
             }
         }
-        const float share_u = 1.0f / static_cast<float>(count_u);
-        const float share_v = 1.0f / static_cast<float>(count_v);
-        for (int j = 0; j < count_v; ++j) {
-            for (int i = 0; i < count_u; ++i) {
-                const float at_u = static_cast<float>(2 * i + 1) * share_u - 1.0f;
-                const float at_v = static_cast<float>(2 * j + 1) * share_v - 1.0f;
-                const std::size_t first = static_cast<std::size_t>(j) * (count_u + 1) + i;
-                Face patch = face;
-                patch.center = whole.center + whole.half_u * at_u + whole.half_v * at_v;
-                patch.half_u = whole.half_u * share_u;
-                patch.half_v = whole.half_v * share_v;
-                patch.open = {open_[first], open_[first + 1], open_[first + count_u + 1],
-                              open_[first + count_u + 2]};
-                patch.body_center = face.body_center + face.body_half_u * at_u + face.body_half_v * at_v;
-                patch.body_half_u = face.body_half_u * share_u;
-                patch.body_half_v = face.body_half_v * share_v;
-                patches.push_back(patch);
-            }
-        }
+        // The face's edges lie at the middle of the outermost texels.
+        face.open_place = glm::vec4(glm::vec2(at) + 0.5f, glm::vec2(at + count) - 0.5f);
     }
 
     DrawList& list_;
-    float patch_size_;
-    std::array<std::vector<Face>, 8> patches_; ///< by pattern and whether lit
-    std::vector<float> open_;
+    AtlasRows rows_;
+    std::map<FaceKind, std::vector<Face>> faces_;
 };
-
-/// Patches so large that the large faces of all boxes together have about `most_patches`.
-float patch_size(std::span<const Part> boxes, float cell) {
-    float area = 0.0f;
-    for (const Part& box : boxes) {
-        const glm::vec3 s = box.instance.scale;
-        if (std::max({s.x, s.y, s.z}) > 4.0f * cell) {
-            area += 4.0f * (s.x * s.y + s.y * s.z + s.z * s.x);
-        }
-    }
-    return std::max(least_patch_cells * cell, std::sqrt(area / most_patches));
-}
 
 } // namespace
 
 void add_faces(std::span<const Part> boxes, DrawList& list) {
-    FaceMaker maker(list, patch_size(boxes, list.occlusion.cell()));
+    FaceMaker maker(list);
     for (const Part& box : boxes) {
         maker.add_box(box);
     }

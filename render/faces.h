@@ -1,5 +1,5 @@
 #pragma once
-/// The flat faces that a camera sees of the boxes, in patches small enough for the sky's share to be linear.
+/// The flat faces that a camera sees of the boxes, with the share of the sky that their points see.
 #include "render/draw_list.h"
 
 #include <span>
@@ -14,7 +14,7 @@ struct Part {
     float depth; ///< along the view [m]
 };
 
-/// Adds faces, whole faces and their batches to a list whose camera, light and occlusion are set.
+/// Adds faces, their batches and the sky atlas to a list whose camera, light and occlusion are set.
 /// boxes: nearest first.
 void add_faces(std::span<const Part> boxes, DrawList& list);
 

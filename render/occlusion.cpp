@@ -72,22 +72,43 @@ OcclusionVolume::OcclusionVolume(const glm::vec3& lower, const glm::vec3& upper,
 
 /// Adds share(p) 0..1 to each cell near the instance, p [m] in its frame.
 template <class Share>
-void OcclusionVolume::add(const Instance& instance, const Share& share) {
+void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const Share& share) {
     const glm::vec3 center = (instance.position - lower_) / cell_;
-    const float radius = instance.bounding_radius / cell_ + 1.0f;
-    const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(glm::max(center - radius, -1.0f))), 0);
-    const glm::ivec3 to = glm::min(glm::ivec3(glm::ceil(glm::min(center + radius, 1e6f))), size_);
+    // A box of half extents `half` in the instance's frame holds it; this is how far that reaches along the
+    // axes.
+    glm::vec3 reach(0.5f);
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::vec3 edge(0.0f);
+        edge[axis] = half[axis] / cell_;
+        reach += glm::abs(turned(instance.orientation, edge));
+    }
+    const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(glm::max(center - reach, -1.0f))), 0);
+    const glm::ivec3 to = glm::min(glm::ivec3(glm::ceil(glm::min(center + reach, 1e6f))), size_);
     const glm::vec3 step_x = turned_back(instance.orientation, {cell_, 0, 0});
     for (int z = from.z; z < to.z; ++z) {
         for (int y = from.y; y < to.y; ++y) {
             const glm::vec3 first((static_cast<float>(from.x) + 0.5f - center.x) * cell_,
                                   (static_cast<float>(y) + 0.5f - center.y) * cell_,
                                   (static_cast<float>(z) + 0.5f - center.z) * cell_);
-            glm::vec3 p = turned_back(instance.orientation, first);
-            float* row = filled_.data() + (static_cast<std::size_t>(z) * size_.y + y) * size_.x;
-            for (int x = from.x; x < to.x; ++x) {
-                row[x] = std::min(1.0f, row[x] + share(p));
-                p += step_x;
+            const glm::vec3 p = turned_back(instance.orientation, first);
+            // Only the part of the row that lies in the box of half extents `half`, and half a cell around
+            // it.
+            float begin = 0.0f;
+            float end = static_cast<float>(to.x - from.x - 1);
+            for (int axis = 0; axis < 3; ++axis) {
+                const float limit = half[axis] + 0.5f * cell_;
+                if (std::abs(step_x[axis]) > 1e-6f * cell_) {
+                    const float a = (-limit - p[axis]) / step_x[axis];
+                    const float b = (limit - p[axis]) / step_x[axis];
+                    begin = std::max(begin, std::min(a, b));
+                    end = std::min(end, std::max(a, b));
+                } else if (std::abs(p[axis]) > limit) {
+                    end = -1.0f;
+                }
+            }
+            float* row = filled_.data() + (static_cast<std::size_t>(z) * size_.y + y) * size_.x + from.x;
+            for (int i = static_cast<int>(std::ceil(begin)); static_cast<float>(i) <= end; ++i) {
+                row[i] = std::min(1.0f, row[i] + share(p + step_x * static_cast<float>(i)));
             }
         }
     }
@@ -96,7 +117,7 @@ void OcclusionVolume::add(const Instance& instance, const Share& share) {
 void OcclusionVolume::add_box(const Instance& box) {
     const float inverse = 1.0f / cell_;
     const glm::vec3 half = box.scale * inverse + 0.5f;
-    add(box, [&](const glm::vec3& p) {
+    add(box, box.scale, [&](const glm::vec3& p) {
         const glm::vec3 inside = glm::clamp(half - glm::abs(p) * inverse, 0.0f, 1.0f);
         return inside.x * inside.y * inside.z;
     });
@@ -105,13 +126,13 @@ void OcclusionVolume::add_box(const Instance& box) {
 void OcclusionVolume::add_ellipsoid(const Instance& instance) {
     const glm::vec3 inverse_scale = 1.0f / instance.scale;
     const float least = std::min({instance.scale.x, instance.scale.y, instance.scale.z});
-    add(instance, [&](const glm::vec3& p) {
+    add(instance, instance.scale, [&](const glm::vec3& p) {
         return glm::clamp(0.5f + (1.0f - glm::length(p * inverse_scale)) * least / cell_, 0.0f, 1.0f);
     });
 }
 
 void OcclusionVolume::add_lathe(const Instance& instance, std::span<const glm::vec2> profile) {
-    add(instance, [&](const glm::vec3& p) {
+    add(instance, glm::vec3(instance.bounding_radius), [&](const glm::vec3& p) {
         const float radius = profile_radius(profile, p.z);
         return radius <= 0.0f ? 0.0f
                               : glm::clamp(0.5f + (radius - glm::length(glm::vec2(p))) / cell_, 0.0f, 1.0f);
@@ -138,14 +159,25 @@ void OcclusionVolume::add_half_space(const glm::vec3& origin, const glm::vec3& n
 void OcclusionVolume::finish() {
     coarse_size_ = (size_ + coarsening - 1) / coarsening;
     coarse_.assign(static_cast<std::size_t>(coarse_size_.x) * coarse_size_.y * coarse_size_.z, 0.0f);
-    for (int z = 0; z < size_.z; ++z) {
-        for (int y = 0; y < size_.y; ++y) {
-            const float* row = filled_.data() + (static_cast<std::size_t>(z) * size_.y + y) * size_.x;
-            float* to =
-                coarse_.data() +
-                (static_cast<std::size_t>(z / coarsening) * coarse_size_.y + y / coarsening) * coarse_size_.x;
-            for (int x = 0; x < size_.x; ++x) {
-                to[x / coarsening] += row[x];
+    std::vector<float> sum(static_cast<std::size_t>(coarse_size_.x) * coarsening);
+    for (int z = 0; z < coarse_size_.z; ++z) {
+        for (int y = 0; y < coarse_size_.y; ++y) {
+            // The rows of one row of coarse cells are added first, then its columns.
+            std::fill(sum.begin(), sum.end(), 0.0f);
+            for (int k = 0; k < coarsening * coarsening; ++k) {
+                const int fine_z = z * coarsening + k / coarsening;
+                const int fine_y = y * coarsening + k % coarsening;
+                if (fine_z < size_.z && fine_y < size_.y) {
+                    const float* row =
+                        filled_.data() + (static_cast<std::size_t>(fine_z) * size_.y + fine_y) * size_.x;
+                    for (int x = 0; x < size_.x; ++x) {
+                        sum[x] += row[x];
+                    }
+                }
+            }
+            float* to = coarse_.data() + (static_cast<std::size_t>(z) * coarse_size_.y + y) * coarse_size_.x;
+            for (int x = 0; x < coarse_size_.x; ++x) {
+                to[x] = sum[4 * x] + sum[4 * x + 1] + sum[4 * x + 2] + sum[4 * x + 3];
             }
         }
     }

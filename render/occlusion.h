@@ -45,7 +45,7 @@ public:
 
 private:
     template <class Share>
-    void add(const Instance& instance, const Share& share);
+    void add(const Instance& instance, const glm::vec3& half, const Share& share);
 
     glm::vec3 lower_{0.0f}; ///< [m]
     float cell_ = 1.0f;     ///< [m]

@@ -10,7 +10,9 @@
 #include "render/shader.h"
 #include "sim/error.h"
 
+#include <array>
 #include <cstddef>
+#include <ctime>
 #include <map>
 #include <utility>
 
@@ -18,10 +20,9 @@ namespace render {
 
 namespace {
 
-constexpr int sphere_rings_fine = 48;
-constexpr int sphere_rings_coarse = 12;
+constexpr std::array<int, mesh_id::sphere_count> sphere_rings{8, 16, 32, 64};
 constexpr int rod_sides = 16;
-constexpr int lathe_sides = 96;
+constexpr int lathe_sides = 80;
 /// Scales radiance before the tone curve: sunlit middle grey comes out at the middle of the display's range.
 constexpr float exposure = 0.42f;
 
@@ -46,6 +47,7 @@ constexpr int boxes = 2;
 constexpr int occlusion_fine = 3;
 constexpr int occlusion_coarse = 4;
 constexpr int occlusion_floor = 5;
+constexpr int sky_atlas = 6;
 } // namespace unit
 
 void bind_texture(int texture_unit, GLenum target, const GlTexture& texture) {
@@ -87,6 +89,13 @@ Target make_target(int width, int height) {
     return target;
 }
 
+/// Processor time of this thread [ms].
+double thread_ms() {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
 } // namespace
 
 struct Renderer::Impl {
@@ -95,6 +104,8 @@ struct Renderer::Impl {
     const sim::CameraDef camera;
     Viewport viewport;
     SceneGeometry geometry;
+    bool measures_times;
+    RenderTimes times;
 
     GlBuffer instances;
     GlBuffer frame_block;
@@ -109,6 +120,7 @@ struct Renderer::Impl {
     GlTexture occlusion_fine;
     GlTexture occlusion_coarse;
     GlTexture occlusion_floor;
+    GlTexture sky_atlas;
     Target picture;
     GlFramebuffer shadow_framebuffer;
     GlTexture shadow_map;
@@ -118,14 +130,15 @@ struct Renderer::Impl {
     Program floor_inside_program;
     Program floor_ring_program;
     Program sky_program;
-    std::map<std::pair<sim::Pattern, bool>, Program> face_programs; // by (pattern, is lit)
+    std::map<FaceKind, Program> face_programs;
     std::map<sim::Pattern, Program> round_programs;
     RawPicture raw;
 
     Impl(const sim::SceneDef& scene_def, int width, int height, const RenderSettings& settings)
         : scene(scene_def),
           camera(find_camera(scene, settings.camera.empty() ? scene.output.camera : settings.camera)),
-          viewport{width, height, settings.shadow_size}, geometry(make_scene_geometry(scene)) {
+          viewport{width, height, settings.shadow_size}, geometry(make_scene_geometry(scene)),
+          measures_times(settings.measures_times) {
         CHECK(width > 0 && height > 0 && settings.shadow_size > 8);
         make_geometry();
         make_targets();
@@ -144,8 +157,9 @@ struct Renderer::Impl {
     void make_geometry() {
         instances = GlBuffer::create();
         frame_block = GlBuffer::create();
-        meshes.push_back(upload_mesh(make_sphere_mesh(sphere_rings_fine), instances));
-        meshes.push_back(upload_mesh(make_sphere_mesh(sphere_rings_coarse), instances));
+        for (const int rings : sphere_rings) {
+            meshes.push_back(upload_mesh(make_sphere_mesh(rings), instances));
+        }
         meshes.push_back(upload_mesh(make_lathe_mesh(rod_profile(), rod_sides), instances));
         for (const std::vector<glm::vec2>& profile : geometry.profiles) {
             meshes.push_back(upload_mesh(make_lathe_mesh(profile, lathe_sides), instances));
@@ -154,14 +168,22 @@ struct Renderer::Impl {
         // Corner i lies at x, y, z = +-1 by the bits 1, 2, 4 of i.
         constexpr std::uint32_t cube[] = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
                                           2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
-        constexpr std::uint32_t fan[] = {0, 1, 2, 0, 2, 3};
-        constexpr std::uint32_t ring[] = {0, 4, 5, 0, 5, 1, 1, 5, 6, 1, 6, 2,
-                                          2, 6, 7, 2, 7, 3, 3, 7, 4, 3, 4, 0};
+        // Corners of a floor's region, then the same moved outwards.
+        constexpr std::uint32_t corner_count = std::tuple_size_v<FloorRegion>;
+        std::vector<std::uint32_t> fan;
+        std::vector<std::uint32_t> ring;
+        for (std::uint32_t i = 0; i < corner_count; ++i) {
+            const std::uint32_t j = (i + 1) % corner_count;
+            ring.insert(ring.end(), {i, i + corner_count, j + corner_count, i, j + corner_count, j});
+            if (i > 0 && j > 0) {
+                fan.insert(fan.end(), {0, i, j});
+            }
+        }
         constexpr std::uint32_t triangle[] = {0, 1, 2};
         face_array = ElementArray(quad, 4);
         box_array = ElementArray(cube, 8);
-        floor_inside = ElementArray(fan, 8);
-        floor_ring = ElementArray(ring, 8);
+        floor_inside = ElementArray(fan, 2 * corner_count);
+        floor_ring = ElementArray(ring, 2 * corner_count);
         sky_array = ElementArray(triangle, 3);
         faces = make_texel_table();
         boxes = make_texel_table();
@@ -172,6 +194,7 @@ struct Renderer::Impl {
         occlusion_fine = make_float_texture(GL_TEXTURE_3D, 0.0f);
         occlusion_coarse = make_float_texture(GL_TEXTURE_3D, 0.0f);
         occlusion_floor = make_float_texture(GL_TEXTURE_2D, 1.0f);
+        sky_atlas = make_float_texture(GL_TEXTURE_2D, 1.0f);
         // Outside the map everything is lit.
         shadow_map = make_float_texture(GL_TEXTURE_2D, 1.0f);
         glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, viewport.shadow_size, viewport.shadow_size, 0,
@@ -187,12 +210,26 @@ struct Renderer::Impl {
     }
 
     Image draw(const sim::Snapshot& snapshot) {
+        double last = thread_ms();
+        const auto lap = [&] {
+            if (measures_times) {
+                glFinish();
+            }
+            const double start = last;
+            last = thread_ms();
+            return last - start;
+        };
         const DrawList list = make_draw_list(scene, geometry, camera, snapshot, viewport);
+        times.list = lap();
         upload_frame(list);
         draw_shadow_map(list);
+        times.shadow = lap();
         draw_picture(list);
+        times.picture = lap();
         read_picture();
-        return smooth_edges(raw, geometry, list);
+        Image image = smooth_edges(raw, geometry, list);
+        times.edges = lap();
+        return image;
     }
 
     void upload_frame(const DrawList& list) {
@@ -225,6 +262,9 @@ struct Renderer::Impl {
         bind_texture(unit::boxes, GL_TEXTURE_BUFFER, boxes.texture);
         bind_texture(unit::occlusion_fine, GL_TEXTURE_3D, occlusion_fine);
         bind_texture(unit::occlusion_coarse, GL_TEXTURE_3D, occlusion_coarse);
+        bind_texture(unit::sky_atlas, GL_TEXTURE_2D, sky_atlas);
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, SkyAtlas::width, list.sky_atlas.height, 0, GL_RED, GL_FLOAT,
+                     list.sky_atlas.open.data());
         if (!list.rounds.empty()) {
             upload_volume(unit::occlusion_fine, list.occlusion.size(), list.occlusion.filled());
             upload_volume(unit::occlusion_coarse, list.occlusion.coarse_size(), list.occlusion.coarse());
@@ -272,15 +312,16 @@ struct Renderer::Impl {
         glCullFace(GL_BACK);
     }
 
-    const Program& face_program(sim::Pattern pattern, bool is_lit) {
-        const auto key = std::make_pair(pattern, is_lit);
-        const auto known = face_programs.find(key);
+    const Program& face_program(const FaceKind& kind) {
+        const auto known = face_programs.find(kind);
         if (known != face_programs.end()) {
             return known->second;
         }
-        const std::string defines = "#define PATTERN " + std::to_string(static_cast<int>(pattern)) +
-                                    "\n#define LIT " + (is_lit ? "1" : "0") + "\n";
-        return face_programs.emplace(key, Program("face.vert", "face.frag", defines)).first->second;
+        const std::string defines = "#define PATTERN " + std::to_string(static_cast<int>(kind.pattern)) +
+                                    "\n#define LIT " + (kind.is_lit ? "1" : "0") + "\n#define METAL " +
+                                    (kind.is_metal ? "1" : "0") + "\n#define LARGE " +
+                                    (kind.is_large ? "1" : "0") + "\n";
+        return face_programs.emplace(kind, Program("face.vert", "face.frag", defines)).first->second;
     }
 
     const Program& round_program(sim::Pattern pattern) {
@@ -288,7 +329,8 @@ struct Renderer::Impl {
         if (known != round_programs.end()) {
             return known->second;
         }
-        const std::string defines = "#define PATTERN " + std::to_string(static_cast<int>(pattern)) + "\n";
+        const std::string defines =
+            "#define PATTERN " + std::to_string(static_cast<int>(pattern)) + "\n#define METAL 1\n";
         return round_programs.emplace(pattern, Program("round.vert", "round.frag", defines)).first->second;
     }
 
@@ -300,10 +342,11 @@ struct Renderer::Impl {
         glClearDepth(0.0);
         glClear(GL_DEPTH_BUFFER_BIT);
         for (const FaceBatch& batch : list.face_batches) {
-            const Program& program = face_program(batch.pattern, batch.is_lit);
+            const Program& program = face_program(batch.kind);
             program.use();
             program.set("shadow_map", unit::shadow_map);
             program.set("faces", unit::faces);
+            program.set("sky_atlas", unit::sky_atlas);
             face_array.draw(batch.first, batch.count);
         }
         for (const RoundBatch& batch : list.round_batches) {
@@ -337,11 +380,11 @@ struct Renderer::Impl {
             program.set("shadow_map", unit::shadow_map);
             program.set("occlusion", unit::occlusion_floor);
             program.set("occlusion_place", occlusion.place);
-            program.set("origin", floor.origin);
-            program.set("tangent", floor.tangent);
-            program.set("normal", floor.normal);
+            program.set("origin", floor.frame.origin);
+            program.set("tangent", floor.frame.tangent);
+            program.set("normal", floor.frame.normal);
             program.set("grid_origin", floor.grid_origin);
-            program.set("corners", floor.shadowed);
+            program.set("corners", floor.region);
             program.set("ring_scale", floor.ring_scale);
             program.set("color", floor.color);
             program.set("line_color", floor.line_color);
@@ -368,6 +411,10 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 Image Renderer::draw(const sim::Snapshot& snapshot) {
     return impl_->draw(snapshot);
+}
+
+const RenderTimes& Renderer::times() const {
+    return impl_->times;
 }
 
 std::string Renderer::renderer_string() const {

@@ -10,9 +10,18 @@
 namespace render {
 
 struct RenderSettings {
-    std::string camera;     ///< name; empty: what the scene's output says
-    int shadow_size = 2048; ///< [px] side of the shadow map
-    int samples = 4;        ///< a pixel, 1 or 4
+    std::string camera;          ///< name; empty: what the scene's output says
+    int shadow_size = 1024;      ///< [px] side of the shadow map
+    bool measures_times = false; ///< waits for OpenGL after each pass, so that times() tells them apart
+};
+
+/// Where the time of one picture went [ms]: processor time of the thread that draws. With LP_NUM_THREADS=0
+/// that is all there is; otherwise OpenGL draws in threads of its own.
+struct RenderTimes {
+    double list = 0.0;    ///< from the snapshot to what is drawn; occlusion
+    double shadow = 0.0;  ///< shadow map
+    double picture = 0.0; ///< bodies, floors, sky
+    double edges = 0.0;   ///< reading back, smooth edges
 };
 
 /// Owns one OpenGL context: to be made, used and destroyed in one thread. Several may exist side by side.
@@ -26,6 +35,9 @@ public:
 
     /// The picture depends on scene, settings and snapshot only. Throws Error (io) if OpenGL fails.
     Image draw(const sim::Snapshot& snapshot);
+
+    /// Of the last picture; the passes are told apart only with measures_times.
+    const RenderTimes& times() const;
 
     /// Name and version of the OpenGL library.
     std::string renderer_string() const;

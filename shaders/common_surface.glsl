@@ -15,34 +15,49 @@ struct Surface {
     vec3 normal;
 };
 
+// What is mirrored has one value for all colours unless the surface is a metal (METAL 1).
+#if METAL
+#define REFLECTANCE vec3
+#else
+#define REFLECTANCE float
+#endif
+
 // Radiance towards v. sunlit: share of the sun; open: share of the sky (ambient occlusion).
 // In uniform light with albedo 1 the result is that light: what is not mirrored reaches the base.
 vec3 shaded(Surface surface, vec3 v, float sunlit, float open) {
     vec3 n = surface.normal;
+    vec3 l = frame.to_sun.xyz;
     float roughness = surface.roughness;
-    float n_v = max(abs(dot(n, v)), 1e-3);
-    float n_l = clamp(dot(n, frame.to_sun.xyz), 0.0, 1.0);
-    vec3 f0 = mix(vec3(0.04), surface.albedo, surface.metallic);
+    float n_dot_v = dot(n, v);
+    float n_v = max(abs(n_dot_v), 1e-3);
+    float n_l = clamp(dot(n, l), 0.0, 1.0);
     vec2 share = mirrored_share(roughness, n_v);
+#if METAL
+    vec3 f0 = mix(vec3(0.04), surface.albedo, surface.metallic);
     // Multiple scattering between facets (Turquin 2019): what single scattering loses is given back.
     vec3 compensation = 1.0 + f0 * (1.0 / (share.x + share.y) - 1.0);
-    vec3 mirrored = (f0 * share.x + share.y) * compensation;
-    vec3 base = surface.albedo * (1.0 - surface.metallic) * (1.0 - mirrored);
+    vec3 base = surface.albedo * (1.0 - surface.metallic);
+#else
+    const float f0 = 0.04;
+    const float compensation = 1.0;
+    vec3 base = surface.albedo;
+#endif
+    REFLECTANCE mirrored = (f0 * share.x + share.y) * compensation;
 
-    // Direct light: D and V of GGX (Walter et al. 2007; Smith term as approximated by Hammon 2017).
-    vec3 h = normalize(v + frame.to_sun.xyz);
-    float n_h = clamp(dot(n, h), 0.0, 1.0);
-    float l_h = clamp(dot(frame.to_sun.xyz, h), 0.0, 1.0);
+    // Direct light: D and V of GGX (Walter et al. 2007; Smith term as approximated by Hammon 2017), with the half
+    // vector h = (v + l) / |v + l| written out: |v + l|^2 = 2 + 2 v.l and l.h = |v + l| / 2.
+    float half_length2 = max(2.0 + 2.0 * dot(v, l), 1e-4);
+    float n_h = n_dot_v + dot(n, l);
     float a = roughness * roughness;
     float a2 = a * a;
-    float d = n_h * n_h * (a2 - 1.0) + 1.0;
-    float visibility = 0.5 / mix(2.0 * n_l * n_v, n_l + n_v, a);
-    float m = 1.0 - l_h;
+    float d = n_h * n_h / half_length2 * (a2 - 1.0) + 1.0;
+    float highlight = 0.5 * a2 / (mix(2.0 * n_l * n_v, n_l + n_v, a) * d * d + 1e-7);
+    float m = 1.0 - 0.5 * sqrt(half_length2);
     float m2 = m * m;
-    vec3 fresnel = f0 + (1.0 - f0) * (m2 * m2 * m);
-    vec3 direct = base + fresnel * compensation * (a2 * visibility / (d * d));
+    REFLECTANCE fresnel = (f0 + (1.0 - f0) * (m2 * m2 * m)) * compensation;
 
-    vec3 r = reflect(-v, n);
-    vec3 ambient = base * ambient_irradiance(n.z) + mirrored * mirrored_radiance(r.z, roughness);
-    return frame.sun.rgb * (direct * (n_l * sunlit)) + ambient * open;
+    float r_z = 2.0 * n_dot_v * n.z - v.z;
+    vec3 sun = frame.sun.rgb * (n_l * sunlit);
+    vec3 from_base = base * (sun + ambient_irradiance(n.z) * open) * (1.0 - mirrored);
+    return from_base + sun * (fresnel * highlight) + mirrored_radiance(r_z, roughness) * (mirrored * open);
 }

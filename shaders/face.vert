@@ -1,31 +1,41 @@
-// Flat patches: four vertices each, all data from a table (Face of draw_list.h, nine texels).
+// Flat faces: four vertices each, all data from a table (Face of draw_list.h, nine texels).
+// LARGE: 1 if the share of the sky is told in the atlas, 0 if at the corners alone.
 #include "common_frame.glsl"
 
 uniform samplerBuffer faces;
 
 out vec3 world_position;
+#if PATTERN
 out vec3 body_position;
-out vec2 patch_position;   // 0..1 over the patch
-flat out vec3 world_normal;
+flat out vec3 pattern_color;
+#endif
+out vec2 open_place;   // in the atlas, or 0..1 over the face
+flat out vec4 normal_metallic;
 flat out vec4 color_roughness;
-flat out vec4 pattern_metallic;
-flat out vec4 open_corners;
-flat out uint id;
+flat out uvec2 id_open;
 
 void main() {
     int first = (gl_VertexID >> 2) * 9;
     vec4 center_roughness = texelFetch(faces, first);
     vec4 u_metallic = texelFetch(faces, first + 1);
     vec4 v_id = texelFetch(faces, first + 2);
-    vec2 corner = vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0;
+    vec4 color_open = texelFetch(faces, first + 3);
+    vec2 share = vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1);
+    vec2 corner = share * 2.0 - 1.0;
     world_position = center_roughness.xyz + u_metallic.xyz * corner.x + v_id.xyz * corner.y;
-    patch_position = corner * 0.5 + 0.5;
-    world_normal = normalize(cross(u_metallic.xyz, v_id.xyz));
-    color_roughness = vec4(texelFetch(faces, first + 3).rgb, center_roughness.w);
-    pattern_metallic = vec4(texelFetch(faces, first + 4).rgb, u_metallic.w);
-    open_corners = texelFetch(faces, first + 5);
+#if LARGE
+    vec4 place = texelFetch(faces, first + 5);
+    open_place = mix(place.xy, place.zw, share);
+#else
+    open_place = share;
+#endif
+    normal_metallic = vec4(normalize(cross(u_metallic.xyz, v_id.xyz)), u_metallic.w);
+    color_roughness = vec4(color_open.rgb, center_roughness.w);
+    id_open = floatBitsToUint(vec2(v_id.w, color_open.w));
+#if PATTERN
+    pattern_color = texelFetch(faces, first + 4).rgb;
     body_position = texelFetch(faces, first + 6).xyz + texelFetch(faces, first + 7).xyz * corner.x +
                     texelFetch(faces, first + 8).xyz * corner.y;
-    id = floatBitsToUint(v_id.w);
+#endif
     gl_Position = frame.clip_from_world * vec4(world_position, 1.0);
 }

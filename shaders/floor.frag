@@ -24,8 +24,6 @@ float grid_share(vec2 x, vec2 w, float width) {
 }
 
 void main() {
-    vec3 to_eye = frame.eye.xyz - world_position;
-    float distance = length(to_eye);
     vec2 x = grid_position / frame.ground.w;
     vec2 w = max(fwidth(x), 1e-6);
     float fine = grid_share(x, w, 0.02);
@@ -42,11 +40,10 @@ void main() {
 #endif
     vec3 radiance = albedo * (frame.sun.rgb * sunlit + ambient_irradiance(normal.z) * open);
 
-    // Aerial perspective: far ground takes the colour of the sky behind it.
-    vec3 behind = sky_radiance(-to_eye.z / distance);
-    float far = distance / frame.sky_horizon.w;
-    float haze = 12.0 * far * far;
-    float fade = mix(haze / (1.0 + haze), 1.0, smoothstep(0.4, 1.0, far));
-    pixel = vec4(tone_mapped(mix(radiance, behind, fade)), 1.0);
+    // Aerial perspective: far ground takes the colour of the horizon behind it.
+    vec3 to_eye = frame.eye.xyz - world_position;
+    float far2 = dot(to_eye, to_eye) / (frame.sky_horizon.w * frame.sky_horizon.w);
+    float near = (1.0 - min(far2, 1.0)) / (1.0 + 12.0 * far2);
+    pixel = vec4(tone_mapped(mix(frame.sky_horizon.rgb, radiance, near)), 1.0);
     part = id;
 }

@@ -1,11 +1,11 @@
-// A plane body: an inner four-sided part that may lie in shadow, and a ring around it out to the horizon.
+// A plane body: an inner polygon that may lie in shadow, and a ring around it out to the horizon.
 #include "common_frame.glsl"
 
 uniform vec3 origin;
 uniform vec3 tangent;
 uniform vec3 normal;
 uniform vec2 grid_origin;
-uniform vec2 corners[4];   // of the inner part [m]
+uniform vec2 corners[16];  // of the inner part [m]
 uniform float ring_scale;  // size of the ring over that of the inner part
 
 out vec3 world_position;
@@ -13,10 +13,13 @@ out vec2 floor_position;   // from origin [m]
 out vec2 grid_position;    // [m]
 
 void main() {
-    // Vertices 0..3 are the inner corners, 4..7 the same moved outwards.
-    vec2 center = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-    vec2 corner = corners[gl_VertexID & 3];
-    floor_position = gl_VertexID < 4 ? corner : center + (corner - center) * ring_scale;
+    // Vertices 0..15 are the inner corners, 16..31 the same moved outwards.
+    vec2 center = vec2(0.0);
+    for (int i = 0; i < 16; ++i) {
+        center += corners[i] / 16.0;
+    }
+    vec2 corner = corners[gl_VertexID & 15];
+    floor_position = gl_VertexID < 16 ? corner : center + (corner - center) * ring_scale;
     world_position = origin + tangent * floor_position.x + cross(normal, tangent) * floor_position.y;
     grid_position = grid_origin + floor_position;
     gl_Position = frame.clip_from_world * vec4(world_position, 1.0);
