@@ -22,6 +22,16 @@ bool overlap(const Bounds& a, const Bounds& b) {
     return (a.lower.array() <= b.upper.array()).all() && (b.lower.array() <= a.upper.array()).all();
 }
 
+/// floor(x); all that lies beyond counts as one cell, and so does what is not a number: the check of the poses
+/// names it.
+std::int64_t cell_index(double x) {
+    constexpr double limit = 1e15;
+    if (!(x < limit)) {
+        return static_cast<std::int64_t>(limit);
+    }
+    return x > -limit ? static_cast<std::int64_t>(std::floor(x)) : -static_cast<std::int64_t>(limit);
+}
+
 } // namespace
 
 BroadPhase::BroadPhase(std::span<const BodyProps> bodies) {
@@ -58,9 +68,7 @@ void BroadPhase::find_pairs(std::span<const Bounds> boxes, std::vector<BodyPair>
     }
     const auto cell_of = [&](int i) {
         const Vec3 x = box(i).lower / cell_size_;
-        return std::array{static_cast<std::int64_t>(std::floor(x.x())),
-                          static_cast<std::int64_t>(std::floor(x.y())),
-                          static_cast<std::int64_t>(std::floor(x.z()))};
+        return std::array{cell_index(x.x()), cell_index(x.y()), cell_index(x.z())};
     };
     cells_.clear();
     for (const int i : small_) {
