@@ -57,10 +57,11 @@ inline herr_t keep_first_description(unsigned, const H5E_error2_t* error, void* 
     return 0;
 }
 
-/// The innermost reason of HDF5's last failure; the system's own message where there is one.
+/// The innermost reason of HDF5's last failure; the system's own message where there is one. HDF5 forgets it.
 inline std::string last_error() {
     std::string text;
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first_description, &text);
+    H5Eclear2(H5E_DEFAULT);
     constexpr std::string_view mark = "error message = '";
     const std::size_t begin = text.find(mark);
     if (begin != std::string::npos) {

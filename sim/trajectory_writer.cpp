@@ -89,6 +89,7 @@ struct TrajectoryWriter::Impl {
         step = Handle();
         records = {};
         file = Handle();
+        H5Eclear2(H5E_DEFAULT); // a full disk fails here once more
         if (!is_finished) {
             std::error_code ignored; // nothing can be done about a part file that will not go
             std::filesystem::remove(part_path(checker.path), ignored);
