@@ -31,8 +31,11 @@ void supervise(render::ThreadGroup& threads, Progress& progress, const std::func
         const bool have_stopped = threads.wait_for(patience);
         progress.clear();
         const std::string message =
-            fmt::format("interrupted; whole frames are kept in {}: the same command with --resume goes on",
-                        workplace.folder().string());
+            workplace.has_frames()
+                ? fmt::format(
+                      "interrupted; whole frames are kept in {}: the same command with --resume goes on",
+                      workplace.folder().string())
+                : "interrupted; nothing is kept";
         if (!have_stopped) {
             workplace.remove_parts();
             std::fprintf(stderr, "tumble: %s\n", message.c_str());

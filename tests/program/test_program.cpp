@@ -245,6 +245,15 @@ TEST_F(program, interruption_keeps_whole_frames_only) {
     }
 }
 
+TEST_F(program, an_interrupted_simulation_keeps_nothing) {
+    const Outcome outcome = shell("\"$TUMBLE\" simulate block.toml --duration 10000 --quiet & process=$!\n"
+                                  "until [ -e out/block/trajectory.h5.part ]; do sleep 0.02; done\n"
+                                  "kill -TERM $process; wait $process");
+    EXPECT_EQ(outcome.code, 130);
+    EXPECT_EQ(outcome.err, "tumble: interrupted; nothing is kept\n");
+    EXPECT_TRUE(files_in("out/block").empty());
+}
+
 TEST_F(program, a_second_run_into_the_same_folder_is_refused) {
     const Outcome outcome = shell("\"$TUMBLE\" run block.toml --duration 10000 --quiet & process=$!\n"
                                   "until [ -e out/block/frames/frame_000001.png ]; do sleep 0.02; done\n"
