@@ -16,6 +16,11 @@ constexpr double parallel_edges = 1e-6;
 /// faces keep their face manifold from step to step.
 constexpr double edge_preference = 1e-7;
 
+/// Crossing edges whose normal is this near [-] (cosine) to a face's: the faces are about to meet, and within
+/// one step the contact may pass from the edges to the faces' corners. Both are given then, with the face's
+/// normal.
+constexpr double nearly_parallel = 0.998;
+
 /// Share [-] of a face's half width by which a corner may stick out and still count as inside the face.
 constexpr double aligned = 1e-6;
 
@@ -267,12 +272,31 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, double margin, std
         return;
     }
     const double slack = edge_preference * std::max(f.half_a.maxCoeff(), f.half_b.maxCoeff());
-    if (edges.separation > std::max(face_a.separation, face_b.separation) + slack) {
+    const bool reference_is_a = face_a.separation + slack >= face_b.separation;
+    const bool edges_touch = edges.separation > std::max(face_a.separation, face_b.separation) + slack;
+    const std::size_t first = contacts.size();
+    if (edges_touch) {
         edge_contact(a, b, f, edges, id_base, contacts);
-    } else if (face_a.separation + slack >= face_b.separation) {
+        const Vec3 face_normal = reference_is_a ? Vec3(f.axes_a.col(face_a.index) * face_a.side)
+                                                : Vec3(f.axes_b.col(face_b.index) * face_b.side);
+        if (contacts.back().at.n.dot(face_normal) < nearly_parallel) {
+            return;
+        }
+        contacts.back().at.n = face_normal;
+    }
+    if (reference_is_a) {
         face_contacts(a, b, true, face_a, margin, id_base, contacts);
     } else {
         face_contacts(b, a, false, face_b, margin, id_base, contacts);
+    }
+    if (edges_touch) {
+        // The crossing edges keep the faces' corners apart, which lie beyond the other face's rim.
+        for (std::size_t i = first + 1; i < contacts.size(); ++i) {
+            Contact& corner = contacts[i];
+            corner.feature.allowance = std::max(edges.separation - corner.at.gap, 0.0);
+            corner.at.gap += corner.feature.allowance;
+            corner.at.b = corner.at.a - corner.at.gap * corner.at.n;
+        }
     }
 }
 

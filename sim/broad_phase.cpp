@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace sim {
@@ -22,8 +23,8 @@ bool overlap(const Bounds& a, const Bounds& b) {
     return (a.lower.array() <= b.upper.array()).all() && (b.lower.array() <= a.upper.array()).all();
 }
 
-/// floor(x); all that lies beyond counts as one cell, and so does what is not a number: the check of the poses
-/// names it.
+/// floor(x); all that lies beyond counts as one cell, and so does what is not a number: the check of the
+/// poses names it.
 std::int64_t cell_index(double x) {
     constexpr double limit = 1e15;
     if (!(x < limit)) {
@@ -53,6 +54,17 @@ BroadPhase::BroadPhase(std::span<const BodyProps> bodies) {
     }
 }
 
+/// Slot of the hash table that holds `key`, or the empty one where it belongs.
+std::size_t BroadPhase::slot_of(std::int64_t key) const {
+    const std::size_t mask = first_of_.size() - 1;
+    std::size_t slot =
+        static_cast<std::size_t>((static_cast<std::uint64_t>(key) * 0x9E3779B97F4A7C15ull) >> 32) & mask;
+    while (first_of_[slot] >= 0 && cells_[static_cast<std::size_t>(first_of_[slot])].key != key) {
+        slot = (slot + 1) & mask;
+    }
+    return slot;
+}
+
 void BroadPhase::find_pairs(std::span<const Bounds> boxes, std::vector<BodyPair>& pairs) {
     const auto box = [&](int i) -> const Bounds& { return boxes[static_cast<std::size_t>(i)]; };
     const auto test = [&](int i, int j) {
@@ -78,6 +90,12 @@ void BroadPhase::find_pairs(std::span<const Bounds> boxes, std::vector<BodyPair>
     std::ranges::sort(cells_, [](const Cell& p, const Cell& q) {
         return p.key != q.key ? p.key < q.key : p.body < q.body;
     });
+    first_of_.assign(std::bit_ceil(2 * cells_.size() + 1), -1);
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+        if (i == 0 || cells_[i].key != cells_[i - 1].key) {
+            first_of_[slot_of(cells_[i].key)] = static_cast<std::int32_t>(i);
+        }
+    }
     // Lower corners of overlapping boxes are at most one cell apart along each axis.
     for (std::size_t first = 0; first < cells_.size();) {
         std::size_t last = first;
@@ -94,10 +112,13 @@ void BroadPhase::find_pairs(std::span<const Bounds> boxes, std::vector<BodyPair>
              ++direction) { // the half of the neighbours with a larger index
             const std::int64_t key =
                 key_of(x + direction / 9 - 1, y + direction / 3 % 3 - 1, z + direction % 3 - 1);
-            auto other = std::ranges::lower_bound(cells_, key, {}, &Cell::key);
-            for (; other != cells_.end() && other->key == key; ++other) {
+            const std::int32_t found = first_of_[slot_of(key)];
+            if (found < 0) {
+                continue;
+            }
+            for (auto k = static_cast<std::size_t>(found); k < cells_.size() && cells_[k].key == key; ++k) {
                 for (std::size_t i = first; i < last; ++i) {
-                    test(cells_[i].body, other->body);
+                    test(cells_[i].body, cells_[k].body);
                 }
             }
         }

@@ -7,10 +7,15 @@
 namespace sim {
 namespace {
 
-/// Passes after which restitution is dropped, and after which the rest is left to the resting contacts: a row
-/// of n equal balls needs n passes, a heap with e < 1 a few dozen.
-constexpr int elastic_pass_limit = 200;
+/// In a dense heap a contact may collide again and again within one instant. From this pass on restitution is
+/// raised to a growing power, as that many impacts in a row would have it: e = 1 stays 1 (a row of n equal
+/// balls needs n passes), smaller values soon end the passes.
+constexpr int first_repeated_pass = 8;
+constexpr double passes_per_impact = 4.0;
 constexpr int pass_limit = 400;
+
+/// Blocks are passed over while their bodies changed by less than this share [-] of the velocity tolerance.
+constexpr double skip_share = 0.2;
 
 /// Kinetic energy a pass may add to rounding, as a share [-] of the energy before it.
 constexpr double energy_rounding = 1e-13;
@@ -29,6 +34,12 @@ double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity,
     return energy;
 }
 
+double restitution_in_pass(double e, int pass) {
+    return pass < first_repeated_pass
+               ? e
+               : std::pow(e, 1.0 + (pass - first_repeated_pass + 1) / passes_per_impact);
+}
+
 /// from + s (to - from), body by body.
 void blend(std::span<const Velocity> from, std::span<const Velocity> to, double s,
            std::span<Velocity> result) {
@@ -43,8 +54,7 @@ void blend(std::span<const Velocity> from, std::span<const Velocity> to, double 
 bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts> pairs,
                               const StepSettings& settings, std::span<const Velocity> velocity, int pass) {
     const double threshold = resting_threshold(settings);
-    blocks_.clear();
-    points_.clear();
+    loop_.clear();
     energy_owed_ = 0.0;
     for (const PairContacts& pair : pairs) {
         const auto a = static_cast<std::size_t>(pair.manifold.body_a);
@@ -69,32 +79,34 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
                 energy_owed_ += pair.memory[i].energy_taken;
             }
             geometry_.push_back(at);
-            targets_.push_back(pass < elastic_pass_limit ? pair.material.restitution * approach : 0.0);
+            targets_.push_back(restitution_in_pass(pair.material.restitution, pass) * approach);
         }
-        const std::size_t first_block = blocks_.size();
-        const std::size_t first_point = points_.size();
-        append_blocks(bodies, pair.manifold.body_a, pair.manifold.body_b, geometry_, pair.material, blocks_,
-                      points_);
+        const std::size_t first_block = loop_.blocks.size();
+        const std::size_t first_point = loop_.points.size();
+        loop_.append(bodies, pair.manifold.body_a, pair.manifold.body_b, geometry_, pair.material);
         for (std::size_t k = 0; k < targets_.size(); ++k) {
-            points_[first_point + k].u_n_target = targets_[k];
+            loop_.points[first_point + k].u_n_target = targets_[k];
         }
-        for (std::size_t k = first_block; k < blocks_.size(); ++k) {
-            const Vec6 twist = relative_twist(blocks_[k], velocity);
-            for (int i = blocks_[k].first; i < blocks_[k].first + blocks_[k].count; ++i) {
-                ContactPoint& point = points_[static_cast<std::size_t>(i)];
+        for (std::size_t k = first_block; k < loop_.blocks.size(); ++k) {
+            const Vec6 twist = relative_twist(loop_.blocks[k], velocity);
+            for (int i = loop_.blocks[k].first; i < loop_.blocks[k].first + loop_.blocks[k].count; ++i) {
+                ContactPoint& point = loop_.points[static_cast<std::size_t>(i)];
                 point.u_t_before = tangential_velocity(point, twist);
             }
         }
     }
-    return !blocks_.empty();
+    return !loop_.empty();
 }
 
 int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& velocity,
                              const StepSettings& settings, bool& converged) {
     int count = 0;
+    loop_.wake();
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
-        converged = sweep(blocks_, points_, bodies, velocity) <= settings.velocity_tolerance &&
+        converged = loop_.sweep(bodies, velocity,
+                                joints_.empty() ? skip_share * settings.velocity_tolerance : -1.0) <=
+                        settings.velocity_tolerance &&
                     (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
     }
     joints_.solve(velocity);
@@ -107,7 +119,7 @@ int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& veloci
 double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velocity>& before,
                                     std::vector<Velocity>& velocity, const StepSettings& settings) {
     std::vector<char> included(velocity.size(), 0);
-    for (const ContactBlock& block : blocks_) {
+    for (const ContactBlock& block : loop_.blocks) {
         included[static_cast<std::size_t>(block.a)] = included[static_cast<std::size_t>(block.b)] = 1;
     }
     if (!joints_.empty()) {
@@ -118,7 +130,7 @@ double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velo
     if (elastic <= start * (1.0 + energy_rounding)) {
         return 0.0;
     }
-    for (ContactPoint& point : points_) {
+    for (ContactPoint& point : loop_.points) {
         point.u_n_target = 0.0;
         point.p_n = 0.0;
         point.p_t.setZero();
@@ -161,9 +173,9 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         report.iterations += iterate(bodies, velocity, settings, converged);
         report.energy_removed += keep_energy(bodies, before, velocity, settings);
         report.converged = report.converged && converged;
-        report.collisions += static_cast<int>(points_.size());
+        report.collisions += static_cast<int>(loop_.points.size());
         ++report.passes;
-        for (const ContactBlock& block : blocks_) {
+        for (const ContactBlock& block : loop_.blocks) {
             touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
         }
     }

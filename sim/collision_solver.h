@@ -35,8 +35,7 @@ private:
     double keep_energy(const Bodies& bodies, const std::vector<Velocity>& before,
                        std::vector<Velocity>& velocity, const StepSettings& settings);
 
-    std::vector<ContactBlock> blocks_;
-    std::vector<ContactPoint> points_;
+    ContactBlocks loop_;
     std::vector<ContactGeometry> geometry_; ///< of one pair
     std::vector<double> targets_;           ///< of one pair [m/s]
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass

@@ -1,18 +1,22 @@
 #include "sim/contact_block.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
 namespace sim {
 namespace {
 
-/// A sliding velocity at t0 below this share [-] of the step's slip counts as zero: the sliding begins there.
-constexpr double onset_share = 1e-3;
-
 /// Rounds of normal and friction solves within one visit of a block, and projections within one friction
 /// solve: more gain little, the loop over the blocks goes on anyway.
 constexpr int visit_rounds = 4;
 constexpr int projection_rounds = 8;
+
+/// Rounds of the point-by-point loop where the active-set search of a block fails.
+constexpr int fallback_rounds = 100;
+
+/// Velocities this share [-] of their terms below the target are at it.
+constexpr double rounding = 1e-13;
 
 /// Normals that differ by less than this [-] belong to one block.
 constexpr double same_normal = 1e-9;
@@ -169,78 +173,99 @@ unsigned line_ends(Points points, unsigned active) {
     return 1u << first | 1u << last;
 }
 
-/// Normal impulses of a block: non-negative (eq. 2, 3), velocities at their targets or above. An active-set
-/// search that starts from the points that carry load. Returns the largest change of a point's normal
-/// velocity [m/s].
-double solve_normals(Points points, const Mat6& w, Vec6& twist, Vec6& wrench) {
-    const Mat3 w_nn = w.block<3, 3>(2, 2);
-    Vec3 held = Vec3::Zero(); // (P_n, L_1, L_2) of the impulses so far
-    unsigned active = 0;
+/// (P_n, L_1, L_2) of normal impulses.
+Vec3 normal_wrench(Points points, const Values& impulse) {
+    Vec3 total = Vec3::Zero();
     for (std::size_t i = 0; i < points.size(); ++i) {
-        held += points[i].p_n * normal_row(points[i]);
-        active |= static_cast<unsigned>(points[i].p_n > 0.0) << i;
+        total += impulse[i] * normal_row(points[i]);
     }
-    const Vec3 lifted = w_nn * held;
-    Values excess{};
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        excess[i] =
-            normal_velocity(points[i], twist) - normal_row(points[i]).dot(lifted) - points[i].u_n_target;
-    }
-    if (active == 0) {
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            active |= static_cast<unsigned>(excess[i] < 0.0) << i;
-        }
-        if (active == 0) {
-            return 0.0;
-        }
-    }
-    Values impulse{};
+    return total;
+}
+
+/// Active-set search for non-negative impulses with velocities at or above their targets, from the set
+/// `active` on. Returns false if it comes to no end, which nearly coincident points can cause.
+bool search_active_set(Points points, const Mat3& w, const Values& excess, unsigned active, Values& impulse) {
     const int limit = 4 * static_cast<int>(points.size());
     for (int pivot = 0; pivot < limit; ++pivot) {
         if (active == 0) {
             impulse.fill(0.0);
-        } else if (!normal_impulses(points, active, w_nn, excess, impulse)) {
+        } else if (!normal_impulses(points, active, w, excess, impulse)) {
             const unsigned ends = line_ends(points, active);
             active = ends == active ? ends & (ends - 1) : ends;
             continue;
         }
-        std::size_t worst = block_size;
-        double least = 0.0;
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            if (impulse[i] < least) {
-                least = impulse[i];
-                worst = i;
-            }
-        }
-        if (worst != block_size) {
-            active &= ~(1u << worst);
+        const auto least =
+            std::min_element(impulse.begin(), impulse.begin() + static_cast<std::ptrdiff_t>(points.size()));
+        if (*least < 0.0) {
+            active &= ~(1u << (least - impulse.begin()));
             continue;
         }
-        Vec3 total = Vec3::Zero();
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            total += impulse[i] * normal_row(points[i]);
-        }
-        const Vec3 change = w_nn * total;
-        double scale = 0.0;
+        const Vec3 change = w * normal_wrench(points, impulse);
+        std::size_t worst = block_size;
+        double lowest = 0.0;
         for (std::size_t i = 0; i < points.size(); ++i) {
             const double u = excess[i] + normal_row(points[i]).dot(change);
-            scale = std::max(scale, std::abs(excess[i]));
-            if ((active >> i & 1u) == 0 && u < least) {
-                least = u;
+            if ((active >> i & 1u) == 0 && u < std::min(lowest, -rounding * std::abs(excess[i]))) {
+                lowest = u;
                 worst = i;
             }
         }
-        if (worst == block_size || least >= -1e-14 * scale) {
-            break;
+        if (worst == block_size) {
+            return true;
         }
         active |= 1u << worst;
     }
-    Vec3 total = Vec3::Zero();
+    return false;
+}
+
+/// The same by projected sweeps over the points (eq. 1-3 as they stand), which always converge.
+void iterate_normals(Points points, const Mat3& w, const Values& excess, Values& impulse) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-        points[i].p_n = clamped_sum(0.0, impulse[i]);
-        total += points[i].p_n * normal_row(points[i]);
+        impulse[i] = points[i].p_n;
     }
-    const Vec3 added = total - held;
+    Vec3 change = w * normal_wrench(points, impulse);
+    for (int round = 0; round < fallback_rounds; ++round) {
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const Vec3 row = normal_row(points[i]);
+            const Vec3 response = w * row;
+            const double p =
+                clamped_sum(impulse[i], normal_impulse(excess[i] + row.dot(change), 0.0, row.dot(response)));
+            change += (p - impulse[i]) * response;
+            impulse[i] = p;
+        }
+    }
+}
+
+/// Normal impulses of a block: non-negative (eq. 2, 3), velocities at their targets or above; the search
+/// starts from the points that carry load. Returns the largest change of a point's normal velocity [m/s].
+double solve_normals(Points points, const Mat6& w, Vec6& twist, Vec6& wrench) {
+    const Mat3 w_nn = w.block<3, 3>(2, 2);
+    Values impulse{};
+    unsigned active = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        impulse[i] = points[i].p_n;
+        active |= static_cast<unsigned>(points[i].p_n > 0.0) << i;
+    }
+    const Vec3 held = normal_wrench(points, impulse); // (P_n, L_1, L_2) of the impulses so far
+    const Vec3 lifted = w_nn * held;
+    Values excess{};
+    unsigned approaching = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        excess[i] =
+            normal_velocity(points[i], twist) - normal_row(points[i]).dot(lifted) - points[i].u_n_target;
+        approaching |= static_cast<unsigned>(excess[i] < 0.0) << i;
+    }
+    active = active != 0 ? active : approaching;
+    if (active == 0) {
+        return 0.0;
+    }
+    if (!search_active_set(points, w_nn, excess, active, impulse)) {
+        iterate_normals(points, w_nn, excess, impulse);
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        points[i].p_n = impulse[i];
+    }
+    const Vec3 added = normal_wrench(points, impulse) - held;
     wrench.segment<3>(2) += added;
     const Vec6 before = twist;
     twist += w.middleCols<3>(2) * added;
@@ -352,18 +377,21 @@ double solve_friction(const ContactBlock& block, Points points, const Mat6& w, V
             const ContactPoint& p = points[i];
             const Vec2 u_t = tangential_velocity(p, twist);
             const Vec2 slip = u_t - p.u_t_target;
-            // A marked contact at its limit still holds against the slip of this step; a sliding one acts
+            // A marked contact at its limit still holds against the slip of this step. A sliding one acts
             // against the sliding velocity at t0, between those before and after the impulses: its direction
-            // stays second order. Where sliding begins at t0 that velocity is zero, and the slip of the step
-            // tells the direction.
+            // stays second order. The nearer it comes to stopping in this step, the more its slip tells the
+            // direction, as for sticking.
             const Vec2 u_t0 = p.u_t_before + block.node_weight * (u_t - p.u_t_before);
-            const bool begins = u_t0.squaredNorm() < onset_share * onset_share * slip.squaredNorm();
+            const double stopped = (u_t0 - slip).squaredNorm();
+            const double moving = slip.squaredNorm();
+            const Vec2 u_sliding = block.is_sticking || stopped == 0.0
+                                       ? slip
+                                       : Vec2(slip + (moving / (moving + stopped)) * (u_t0 - slip));
             // Steps in proportion to the load: together they act as one step of the whole block.
             const double k_t = block.k_t * load / std::max(p.p_n, 1e-300);
             const Vec2 stopping = p.p_t - slip / k_t;
-            impulse[i] = can_stick(stopping, p.p_n, mu)
-                             ? stopping
-                             : sliding_sum(p.p_t, block.is_sticking || begins ? slip : u_t0, k_t, mu * p.p_n);
+            impulse[i] =
+                can_stick(stopping, p.p_n, mu) ? stopping : sliding_sum(p.p_t, u_sliding, k_t, mu * p.p_n);
         }
         const double change = set_friction(points, impulse, w, twist, wrench);
         largest = std::max(largest, change);
@@ -380,9 +408,8 @@ PairMaterial pair_material(const BodyProps& a, const BodyProps& b) {
     return {combined(a.restitution, b.restitution), combined(a.mu_s, b.mu_s), combined(a.mu_d, b.mu_d)};
 }
 
-void append_blocks(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
-                   const PairMaterial& material, std::vector<ContactBlock>& blocks,
-                   std::vector<ContactPoint>& points) {
+void ContactBlocks::append(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
+                           const PairMaterial& material) {
     const auto ia = static_cast<std::size_t>(a);
     const auto ib = static_cast<std::size_t>(b);
     for (std::size_t first = 0; first < contacts.size();) {
@@ -398,20 +425,24 @@ void append_blocks(const Bodies& bodies, int a, int b, std::span<const ContactGe
         block.count = static_cast<int>(last - first);
         block.mu_s = material.mu_s;
         block.mu_d = material.mu_d;
-        Vec3 mean_a = Vec3::Zero();
-        Vec3 mean_b = Vec3::Zero();
+        Vec3 mean = Vec3::Zero();
+        std::size_t nearest = first;
         for (std::size_t i = first; i < last; ++i) {
-            mean_a += contacts[i].a / block.count;
-            mean_b += contacts[i].b / block.count;
+            mean += contacts[i].a / block.count;
+            nearest = contacts[i].gap < contacts[nearest].gap ? i : nearest;
         }
-        block.r_a = mean_a - bodies.pose[ia].position;
-        block.r_b = mean_b - bodies.pose[ib].position;
+        // The plane in which the impulses act is that of the contact that touches first; others are still
+        // apart.
         const Vec3& n = contacts[first].n;
+        const Vec3 centre_a = mean + n * n.dot(contacts[nearest].a - mean);
+        const Vec3 centre_b = centre_a - n * contacts[nearest].gap;
+        block.r_a = centre_a - bodies.pose[ia].position;
+        block.r_b = centre_b - bodies.pose[ib].position;
         const Vec3 t = tangent_of(n);
         block.frame << t, n.cross(t), n;
         block.response = block_response(block, bodies, false, false);
         for (std::size_t i = first; i < last; ++i) {
-            const Vec3 arm = block.frame.transpose() * (contacts[i].a - mean_a);
+            const Vec3 arm = block.frame.transpose() * (contacts[i].a - mean);
             ContactPoint point;
             point.x = arm.x();
             point.y = arm.y();
@@ -447,18 +478,16 @@ void apply_wrench(const ContactBlock& block, const Vec6& wrench, std::span<const
     velocity[b].w -= inverse_inertia[b] * (block.r_b.cross(p) + l);
 }
 
-Vec6 wrench_of(const ContactBlock& block, std::span<const ContactPoint> all_points) {
+Vec6 wrench_of(std::span<const ContactPoint> points) {
     Vec6 wrench = Vec6::Zero();
-    for (int i = block.first; i < block.first + block.count; ++i) {
-        wrench += wrench_of_point(all_points[static_cast<std::size_t>(i)]);
+    for (const ContactPoint& point : points) {
+        wrench += wrench_of_point(point);
     }
     return wrench;
 }
 
-double solve_block(ContactBlock& block, std::span<ContactPoint> all_points, const Bodies& bodies,
+double solve_block(ContactBlock& block, std::span<ContactPoint> points, const Bodies& bodies,
                    std::span<Velocity> velocity, bool hold_a, bool hold_b) {
-    const Points points =
-        all_points.subspan(static_cast<std::size_t>(block.first), static_cast<std::size_t>(block.count));
     const bool held = hold_a || hold_b;
     const Mat6 held_response = held ? block_response(block, bodies, hold_a, hold_b) : Mat6();
     const Mat6& w = held ? held_response : block.response;
@@ -491,13 +520,33 @@ double solve_block(ContactBlock& block, std::span<ContactPoint> all_points, cons
     return largest;
 }
 
-double sweep(std::span<ContactBlock> blocks, std::span<ContactPoint> points, const Bodies& bodies,
-             std::span<Velocity> velocity) {
-    double change = 0.0;
+double ContactBlocks::sweep(const Bodies& bodies, std::span<Velocity> velocity, double skip) {
+    activity.resize(velocity.size(), 0.0);
+    double largest = 0.0;
     for (ContactBlock& block : blocks) {
-        change = std::max(change, solve_block(block, points, bodies, velocity));
+        double& active_a = activity[static_cast<std::size_t>(block.a)];
+        double& active_b = activity[static_cast<std::size_t>(block.b)];
+        if (block.seen_a >= 0.0 && active_a - block.seen_a + active_b - block.seen_b <= skip) {
+            continue;
+        }
+        const double change = solve_block(block, points_of(block), bodies, velocity);
+        active_a += bodies.props[static_cast<std::size_t>(block.a)].is_static() ? 0.0 : change;
+        active_b += bodies.props[static_cast<std::size_t>(block.b)].is_static() ? 0.0 : change;
+        block.seen_a = active_a;
+        block.seen_b = active_b;
+        // One visit leaves a rest where friction and normal impulses depend on each other.
+        if (change > skip) {
+            block.seen_a = -1.0;
+        }
+        largest = std::max(largest, change);
     }
-    return change;
+    return largest;
+}
+
+void ContactBlocks::wake() {
+    for (ContactBlock& block : blocks) {
+        block.seen_a = -1.0;
+    }
 }
 
 } // namespace sim

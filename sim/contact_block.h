@@ -29,8 +29,9 @@ struct Bodies {
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
-/// Most contacts in one block; a face of a box clipped by another has at most eight corners.
-inline constexpr int block_size = 8;
+/// Most contacts in one block: a face of a box clipped by another has at most eight corners, and a crossing
+/// of edges.
+inline constexpr int block_size = 9;
 
 /// One contact in the loop. Vectors of two are in the tangents of its block.
 struct ContactPoint {
@@ -52,14 +53,20 @@ struct ContactBlock {
     int count = 0; ///< [-] 1..block_size
     double mu_s = 0.0;
     double mu_d = 0.0;
-    double node_weight = 0.5; ///< share [-] of the impulses that acts before the instant t0
+    /// Share [-] of the impulses at which the sliding direction is taken: of a step's impulses the part that
+    /// acts before t0; 1 (the velocity after) in a collision, where sticking and sliding are then one law.
+    double node_weight = 1.0;
     bool is_sticking = false; ///< the mark of eq. 6
     double k_t = 0.0;         ///< [1/kg] largest eigenvalue of K_tt over the points
-    Vec3 r_a = Vec3::Zero();  ///< mean contact point on a from its centre of mass [m]
+    Vec3 r_a = Vec3::Zero();  ///< middle of the contacts on a from its centre of mass [m]
     Vec3 r_b = Vec3::Zero();
     Mat3 frame = Mat3::Identity(); ///< columns t_1, t_2, n
     Mat6 response =
         Mat6::Zero(); ///< relative twist by a wrench, in the block's frame (K and its angular parts)
+
+    /// Activity of its bodies when it was last solved [m/s]; negative: never.
+    double seen_a = -1.0;
+    double seen_b = -1.0;
 
     bool has_friction() const { return mu_s > 0.0; }
 };
@@ -73,11 +80,41 @@ struct PairMaterial {
 /// A value unset on one body is the partner's; set on both: geometric mean; on none: zero.
 PairMaterial pair_material(const BodyProps& a, const BodyProps& b);
 
-/// Blocks of the contacts of one pair, appended to `blocks`, their points to `points`, in the order of the
-/// contacts. A new block begins where the normal changes. Impulses are zero, targets unset.
-void append_blocks(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
-                   const PairMaterial& material, std::vector<ContactBlock>& blocks,
-                   std::vector<ContactPoint>& points);
+/// All blocks of one solve, in the order they are visited, and their points.
+struct ContactBlocks {
+    std::vector<ContactBlock> blocks;
+    std::vector<ContactPoint> points;
+
+    std::vector<double> activity; ///< [body_count] sum of the velocity changes of each body's blocks [m/s]
+
+    void clear() {
+        blocks.clear();
+        points.clear();
+    }
+    bool empty() const { return blocks.empty(); }
+
+    /// The points of a block.
+    std::span<ContactPoint> points_of(const ContactBlock& block) {
+        return std::span(points).subspan(static_cast<std::size_t>(block.first),
+                                         static_cast<std::size_t>(block.count));
+    }
+    std::span<const ContactPoint> points_of(const ContactBlock& block) const {
+        return std::span(points).subspan(static_cast<std::size_t>(block.first),
+                                         static_cast<std::size_t>(block.count));
+    }
+
+    /// Adds the contacts of one pair, in their order; a new block begins where the normal changes.
+    /// Impulses are zero, targets unset.
+    void append(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
+                const PairMaterial& material);
+
+    /// One iteration over all blocks in order; returns the largest velocity change at any point [m/s]. A
+    /// block whose bodies changed by less than `skip` [m/s] since it was last solved is passed over.
+    double sweep(const Bodies& bodies, std::span<Velocity> velocity, double skip);
+
+    /// All blocks are to be solved again: their targets or velocities were changed from outside.
+    void wake();
+};
 
 /// Relative twist (u at the block's centre, w) in the block's frame [m/s], [rad/s].
 Vec6 relative_twist(const ContactBlock& block, std::span<const Velocity> velocity);
@@ -101,16 +138,12 @@ inline Vec6 wrench_of_point(const ContactPoint& p) {
     return wrench;
 }
 
-/// The wrench of the points' impulse sums, in the block's frame.
-Vec6 wrench_of(const ContactBlock& block, std::span<const ContactPoint> points);
+/// The wrench of the points' impulse sums, in their block's frame.
+Vec6 wrench_of(std::span<const ContactPoint> points);
 
 /// Solves one block with all others held; returns the largest velocity change at a point [m/s].
-/// `hold_a`, `hold_b`: that body counts as immovable (shock propagation).
+/// `points`: those of the block. `hold_a`, `hold_b`: that body counts as immovable (shock propagation).
 double solve_block(ContactBlock& block, std::span<ContactPoint> points, const Bodies& bodies,
                    std::span<Velocity> velocity, bool hold_a = false, bool hold_b = false);
-
-/// One iteration over all blocks in order; returns the largest velocity change at any point [m/s].
-double sweep(std::span<ContactBlock> blocks, std::span<ContactPoint> points, const Bodies& bodies,
-             std::span<Velocity> velocity);
 
 } // namespace sim

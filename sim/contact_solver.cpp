@@ -17,7 +17,11 @@ constexpr double gap_relaxation = 0.1;
 
 /// The iteration stops when no contact changed by more than this share [-] of the tolerance over h, or by the
 /// velocity tolerance, whichever is smaller.
-constexpr double iteration_share = 0.1;
+constexpr double iteration_share = 0.5;
+
+/// Blocks are passed over while their bodies changed by less than this share [-] of the iteration's
+/// tolerance.
+constexpr double skip_share = 0.2;
 
 /// The gap errors left by one linear solve may be this share [-] of the tolerance before it is repeated at
 /// the predicted poses.
@@ -28,6 +32,12 @@ constexpr int mark_rounds = 10;
 
 /// Linear solves of one step before it counts as not converged.
 constexpr int outer_limit = 12;
+
+/// Share [-] of the impulses at t0 that acts before it, when the velocities were last exact `last_interval`
+/// [s] ago.
+double node_weight(double last_interval, double h) {
+    return last_interval / (last_interval + h);
+}
 
 /// Time [s] that the impulses of an interval h stand for: from the middle of the interval before to its own
 /// middle.
@@ -89,18 +99,20 @@ void match_memory(const std::vector<ContactMemory>& old, PairContacts& pair, dou
 }
 
 void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs,
-                            std::span<const Joint> joints, std::span<const double> node_weight,
+                            std::span<const Joint> joints, std::span<const JointMemory> joint_memory,
                             const StepSettings& settings, double h) {
     settings_ = settings;
     stop_at_impacts_ = settings.impacts == ImpactHandling::stop;
     h_ = h;
     step_share_ = std::min(h / settings.time_step.value(), 1.0);
-    node_weight_.assign(node_weight.begin(), node_weight.end());
     velocity_ = bodies.velocity;
     predicted_ = bodies.pose;
-    blocks_.clear();
-    points_.clear();
+    loop_.clear();
     contacts_.clear();
+    joint_weight_.clear();
+    for (const JointMemory& memory : joint_memory) {
+        joint_weight_.push_back(node_weight(memory.last_interval, h));
+    }
     joints_.prepare(bodies, joints);
     for (int pair = 0; pair < static_cast<int>(pairs.size()); ++pair) {
         add_contacts(bodies, pairs, pair, 0);
@@ -122,27 +134,42 @@ void ContactSolver::add_contacts(const Bodies& bodies, std::vector<PairContacts>
         resting.index = static_cast<int>(i);
         contacts_.push_back(resting);
     }
-    const std::size_t first_block = blocks_.size();
-    append_blocks(bodies, p.manifold.body_a, p.manifold.body_b, geometry_, p.material, blocks_, points_);
-    for (std::size_t k = first_block; k < blocks_.size(); ++k) {
+    const std::size_t first_block = loop_.blocks.size();
+    loop_.append(bodies, p.manifold.body_a, p.manifold.body_b, geometry_, p.material);
+    for (std::size_t k = first_block; k < loop_.blocks.size(); ++k) {
         start_block(bodies, p, static_cast<int>(k));
+    }
+}
+
+void ContactSolver::drop_contacts(const Bodies& bodies, int pair) {
+    for (ContactBlock& block : loop_.blocks) {
+        if (block.count > 0 && contacts_[static_cast<std::size_t>(block.first)].pair == pair) {
+            apply_wrench(block, -wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia,
+                         velocity_);
+            block.count = 0;
+        }
     }
 }
 
 /// What a block and its contacts know as the interval begins: velocities, targets, and the impulses of the
 /// last step.
 void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, int block_index) {
-    ContactBlock& block = blocks_[static_cast<std::size_t>(block_index)];
+    ContactBlock& block = loop_.blocks[static_cast<std::size_t>(block_index)];
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
-    block.node_weight = std::min(bodies.props[a].is_static() ? 1.0 : node_weight_[a],
-                                 bodies.props[b].is_static() ? 1.0 : node_weight_[b]);
+    double last_interval = 0.0;
+    for (int k = block.first; k < block.first + block.count; ++k) {
+        const RestingContact& resting = contacts_[static_cast<std::size_t>(k)];
+        last_interval =
+            std::max(last_interval, pair.memory[static_cast<std::size_t>(resting.index)].last_interval);
+    }
+    block.node_weight = node_weight(last_interval, h_);
     const double fall = -relative_gravity(bodies, pair.manifold, settings_).dot(block.frame.col(2));
     const double band = soft_band * settings_.tolerance;
     const double interval = impulse_interval(block.node_weight, h_);
     const Vec6 twist = relative_twist(block, bodies.velocity);
     for (int k = block.first; k < block.first + block.count; ++k) {
-        ContactPoint& point = points_[static_cast<std::size_t>(k)];
+        ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
         RestingContact& resting = contacts_[static_cast<std::size_t>(k)];
         const ContactGeometry& at = pair.manifold.contacts[static_cast<std::size_t>(resting.index)].at;
         const ContactMemory& memory = pair.memory[static_cast<std::size_t>(resting.index)];
@@ -153,7 +180,8 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         resting.approach_speed = std::max(std::sqrt(std::max(approach * approach + 2.0 * fall * at.gap, 0.0)),
                                           memory.approach_speed);
         if (at.gap <= band) {
-            resting.gap_target = std::max((1.0 - gap_relaxation * step_share_) * at.gap, -band);
+            const double after_step = std::max((1.0 - gap_relaxation) * at.gap, -band);
+            resting.gap_target = at.gap + step_share_ * (after_step - at.gap);
         }
         resting.point_a = bodies.pose[a].orientation.conjugate() * (at.a - bodies.pose[a].position);
         resting.point_b = bodies.pose[b].orientation.conjugate() * (at.b - bodies.pose[b].position);
@@ -164,8 +192,12 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
             point.p_t = scale * Vec2(memory.p_t.dot(block.frame.col(0)), memory.p_t.dot(block.frame.col(1)));
             block.is_sticking = block.is_sticking || memory.is_sticking;
         }
+        // A contact that begins at rest sticks if it can.
+        const bool is_new = memory.p_n == 0.0 && memory.last_interval == 0.0;
+        block.is_sticking = block.is_sticking || (is_new && !resting.is_ahead &&
+                                                  point.u_t_before.norm() <= settings_.velocity_tolerance);
     }
-    apply_wrench(block, wrench_of(block, points_), bodies.props, bodies.inverse_inertia, velocity_);
+    apply_wrench(block, wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia, velocity_);
 }
 
 void ContactSolver::predict(const Bodies& bodies) {
@@ -178,7 +210,7 @@ void ContactSolver::predict(const Bodies& bodies) {
 /// d_n / h). Returns the largest error [m] of a gap, two-sided where the contact carries load.
 double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
     double worst = 0.0;
-    for (const ContactBlock& block : blocks_) {
+    for (const ContactBlock& block : loop_.blocks) {
         const Pose& pose_a = predicted_[static_cast<std::size_t>(block.a)];
         const Pose& pose_b = predicted_[static_cast<std::size_t>(block.b)];
         const Vec6 twist = relative_twist(block, velocity_);
@@ -186,7 +218,7 @@ double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContac
             return Vec2(x.dot(block.frame.col(0)), x.dot(block.frame.col(1)));
         };
         for (int k = block.first; k < block.first + block.count; ++k) {
-            ContactPoint& point = points_[static_cast<std::size_t>(k)];
+            ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
             RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
             const PairContacts& pair = pairs[static_cast<std::size_t>(contact.pair)];
             const auto i = static_cast<std::size_t>(contact.index);
@@ -221,11 +253,14 @@ double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContac
 int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, bool& converged) {
     const double joint_tolerance = settings_.joint_tolerance / h_;
     int count = 0;
+    loop_.wake();
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = joints_.solve(velocity_);
-        converged = blocks_.empty() || sweep(blocks_, points_, bodies, velocity_) <= tolerance;
         converged =
-            converged && (blocks_.empty() || joints_.empty() || (count > 0 && missing <= joint_tolerance));
+            loop_.empty() ||
+            loop_.sweep(bodies, velocity_, joints_.empty() ? skip_share * tolerance : -1.0) <= tolerance;
+        converged =
+            converged && (loop_.empty() || joints_.empty() || (count > 0 && missing <= joint_tolerance));
     }
     return count;
 }
@@ -236,7 +271,7 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
 bool ContactSolver::update_marks(const std::vector<PairContacts>& pairs) {
     const double slip_tolerance = iteration_share * settings_.tolerance / h_;
     bool changed = false;
-    for (ContactBlock& block : blocks_) {
+    for (ContactBlock& block : loop_.blocks) {
         if (block.mu_d == block.mu_s) {
             continue;
         }
@@ -245,7 +280,7 @@ bool ContactSolver::update_marks(const std::vector<PairContacts>& pairs) {
         bool at_limit = false;
         double reversal = 0.0;
         for (int k = block.first; k < block.first + block.count; ++k) {
-            const ContactPoint& point = points_[static_cast<std::size_t>(k)];
+            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
             if (point.p_n == 0.0) {
                 continue;
             }
@@ -275,7 +310,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     const double tolerance =
         std::min(iteration_share * settings_.tolerance / h_, settings_.velocity_tolerance);
     predict(bodies);
-    for (int outer = 0; outer < outer_limit && !(blocks_.empty() && joints_.empty()); ++outer) {
+    for (int outer = 0; outer < outer_limit && !(loop_.empty() && joints_.empty()); ++outer) {
         report.residual = measure(bodies, pairs);
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, predicted_, velocity_, h_, step_share_);
@@ -284,12 +319,13 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             break;
         }
         const int left = settings_.iteration_limit - report.iterations;
+        if (left <= 0) {
+            break;
+        }
         const int budget =
             settings_.shock_propagation ? std::min(left, settings_.shock_propagation_after) : left;
-        bool converged = budget <= 0;
-        if (!converged) {
-            report.iterations += iterate(bodies, tolerance, budget, converged);
-        }
+        bool converged = false;
+        report.iterations += iterate(bodies, tolerance, budget, converged);
         for (int round = 0; round < mark_rounds && converged && update_marks(pairs); ++round) {
             report.iterations += iterate(
                 bodies, tolerance, std::max(settings_.iteration_limit - report.iterations, 1), converged);
@@ -301,47 +337,56 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     }
     report.converged =
         report.residual <= settings_.tolerance && report.joint_residual <= settings_.joint_tolerance;
-    compute_kick(bodies);
     return report;
 }
 
-/// Velocity change of each body by joints and by contacts that touched already: the impulses of continuous
-/// forces.
-void ContactSolver::compute_kick(const Bodies& bodies) {
-    kick_.resize(velocity_.size());
-    for (std::size_t i = 0; i < velocity_.size(); ++i) {
-        kick_[i] = {velocity_[i].v - bodies.velocity[i].v, velocity_[i].w - bodies.velocity[i].w};
-    }
-    for (const ContactBlock& block : blocks_) {
+std::vector<Velocity> ContactSolver::velocity_at_node(const Bodies& bodies) const {
+    std::vector<Velocity> velocity = bodies.velocity;
+    joints_.add_weighted(joint_weight_, velocity);
+    for (const ContactBlock& block : loop_.blocks) {
+        Vec6 wrench = Vec6::Zero();
         for (int k = block.first; k < block.first + block.count; ++k) {
-            const ContactPoint& point = points_[static_cast<std::size_t>(k)];
-            if (contacts_[static_cast<std::size_t>(k)].is_ahead && point.p_n > 0.0) {
-                apply_wrench(block, -wrench_of_point(point), bodies.props, bodies.inverse_inertia, kick_);
+            if (!contacts_[static_cast<std::size_t>(k)].is_ahead) {
+                wrench += block.node_weight * wrench_of_point(loop_.points[static_cast<std::size_t>(k)]);
             }
         }
+        apply_wrench(block, wrench, bodies.props, bodies.inverse_inertia, velocity);
     }
+    return velocity;
 }
 
-void ContactSolver::remember(std::vector<PairContacts>& pairs) const {
-    for (const ContactBlock& block : blocks_) {
+void ContactSolver::remember(std::vector<PairContacts>& pairs, std::span<JointMemory> joint_memory) const {
+    for (PairContacts& pair : pairs) {
+        for (ContactMemory& memory : pair.memory) {
+            memory = {.id = memory.id, .core_a = memory.core_a, .slip = memory.slip};
+        }
+    }
+    joints_.remember(joint_memory);
+    for (std::size_t i = 0; i < joint_memory.size(); ++i) {
+        joint_memory[i].owed = 0.5 * h_ / impulse_interval(joint_weight_[i], h_);
+        joint_memory[i].last_interval = h_;
+    }
+    for (const ContactBlock& block : loop_.blocks) {
         const Vec6 twist = relative_twist(block, velocity_);
         const auto in_world = [&](const Vec2& x) {
             return Vec3(x.x() * block.frame.col(0) + x.y() * block.frame.col(1));
         };
         bool at_limit = false;
         for (int k = block.first; k < block.first + block.count; ++k) {
-            at_limit = at_limit || is_at_limit(points_[static_cast<std::size_t>(k)], block.mu_d);
+            at_limit = at_limit || is_at_limit(loop_.points[static_cast<std::size_t>(k)], block.mu_d);
         }
         for (int k = block.first; k < block.first + block.count; ++k) {
-            const ContactPoint& point = points_[static_cast<std::size_t>(k)];
+            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
             const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
             ContactMemory& memory =
                 pairs[static_cast<std::size_t>(contact.pair)].memory[static_cast<std::size_t>(contact.index)];
             const bool loaded = point.p_n > 0.0;
             memory.interval = impulse_interval(block.node_weight, h_);
+            memory.owed = 0.5 * h_ / memory.interval;
+            memory.last_interval = loaded && !contact.is_ahead ? h_ : 0.0;
             memory.approach_speed = 0.0;
             memory.energy_taken = 0.0;
-            if (contact.is_ahead && loaded) {
+            if (contact.is_ahead && contact.gap <= settings_.tolerance) {
                 // An impact: no force that the next step could start from, but a speed and the work to give
                 // back.
                 memory.approach_speed = contact.approach_speed;
@@ -358,20 +403,45 @@ void ContactSolver::remember(std::vector<PairContacts>& pairs) const {
     }
 }
 
+void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
+                  std::span<Velocity> velocity) {
+    for (const PairContacts& pair : pairs) {
+        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+        if (!only.empty() && only[a] == 0 && only[b] == 0) {
+            continue;
+        }
+        for (std::size_t i = 0; i < pair.memory.size(); ++i) {
+            const ContactMemory& memory = pair.memory[i];
+            if (memory.p_n == 0.0 || memory.owed == 0.0) {
+                continue;
+            }
+            // At one point of both bodies, so that the pair's angular momentum is kept.
+            const ContactGeometry& at = pair.manifold.contacts[i].at;
+            const Vec3 point = 0.5 * (at.a + at.b);
+            const Vec3 p = memory.owed * (memory.p_n * at.n + memory.p_t);
+            apply_impulse(velocity[a], bodies.props[a].inverse_mass, bodies.inverse_inertia[a],
+                          point - bodies.pose[a].position, p);
+            apply_impulse(velocity[b], bodies.props[b].inverse_mass, bodies.inverse_inertia[b],
+                          point - bodies.pose[b].position, -p);
+        }
+    }
+}
+
 /// Guendelman et al. 2003: level by level from the static bodies upward, each level's bodies then count as
 /// immovable.
 void ContactSolver::shock_propagation(const Bodies& bodies) {
-    const std::vector<int> level = contact_levels(blocks_, bodies.props);
+    const std::vector<int> level = contact_levels(loop_.blocks, bodies.props);
     const int top = *std::ranges::max_element(level);
     for (int current = 1; current <= top; ++current) {
         double change = std::numeric_limits<double>::infinity();
         for (int i = 0; i < settings_.shock_propagation_after && change > settings_.velocity_tolerance; ++i) {
             change = 0.0;
-            for (ContactBlock& block : blocks_) {
+            for (ContactBlock& block : loop_.blocks) {
                 const int level_a = level[static_cast<std::size_t>(block.a)];
                 const int level_b = level[static_cast<std::size_t>(block.b)];
                 if (std::max(level_a, level_b) == current) {
-                    change = std::max(change, solve_block(block, points_, bodies, velocity_,
+                    change = std::max(change, solve_block(block, loop_.points_of(block), bodies, velocity_,
                                                           level_a < current, level_b < current));
                 }
             }

@@ -14,6 +14,9 @@ struct ContactMemory {
     double p_n = 0.0;           ///< [N s]
     Vec3 p_t = Vec3::Zero();    ///< [N s], world
     double interval = 0.0;      ///< time those impulses stood for [s]
+    double owed = 0.0;          ///< share [-] of them that the velocities before the next impulses still lack
+    double last_interval =
+        0.0; ///< [s] moved since; 0: the velocities lack nothing (a new contact, or after an impact)
     bool is_sticking = false;
     Vec3 slip = Vec3::Zero();    ///< d_t left over while sticking [m], world (method, sec. 5, "Creep")
     Vec3 sliding = Vec3::Zero(); ///< mean sliding velocity of the step [m/s], world
@@ -31,6 +34,12 @@ struct PairContacts {
 /// Takes over, contact by contact, what `old` remembered: by feature id, else the nearest core within `reach`
 /// [m].
 void match_memory(const std::vector<ContactMemory>& old, PairContacts& pair, double reach);
+
+/// Adds to the velocities before the next impulses what they lack to be those at the instant: the owed share
+/// of the impulses remembered, at the present contact points. Only pairs with a body in `only` [body_count]
+/// unless that is empty.
+void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
+                  std::span<Velocity> velocity);
 
 /// A resting contact in the solve, beside its ContactPoint.
 struct RestingContact {
@@ -57,27 +66,29 @@ struct ContactSolveReport {
 /// One solve over an interval. Keeps its arrays between steps.
 class ContactSolver {
 public:
-    /// Rows for all contacts of `pairs` at the poses of `bodies`, warm-started. `bodies.velocity` are those
-    /// at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step;
-    /// node_weight [body_count] is the share of a step's impulses that acts before t0 (Verlet's half: 0 where
-    /// the motion starts or restarts at t0).
+    /// Blocks for all contacts of `pairs` at the poses of `bodies`, warm-started. `bodies.velocity` are those
+    /// at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.
     void prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
-                 std::span<const double> node_weight, const StepSettings& settings, double h);
+                 std::span<const JointMemory> joint_memory, const StepSettings& settings, double h);
 
-    /// Adds rows for the contacts of pair `pair` from index `first` on (found by the check after the move).
+    /// Adds the contacts of pair `pair` from index `first` on (found by the check after the move).
     void add_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, std::size_t first);
+
+    /// Takes the contacts of pair `pair` and their impulses out of the solve: other features face each other.
+    void drop_contacts(const Bodies& bodies, int pair);
 
     /// Iterates until the predicted gaps are closed. Fills velocity() and predicted().
     ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                              std::span<const Joint> joints);
 
     /// Writes impulses, marks and leftover slip back to the pairs' memory.
-    void remember(std::vector<PairContacts>& pairs) const;
+    void remember(std::vector<PairContacts>& pairs, std::span<JointMemory> joint_memory) const;
 
     std::span<const Velocity> velocity() const { return velocity_; } ///< at t0 after the impulses
     std::span<const Pose> predicted() const { return predicted_; }   ///< at t0 + h
-    std::span<const Velocity> kick() const { return kick_; }         ///< by contacts that touched and joints
-    int contact_count() const { return static_cast<int>(points_.size()); }
+    /// Velocities at t0 itself: with the share of the impulses that acts before it (Verlet's half).
+    std::vector<Velocity> velocity_at_node(const Bodies& bodies) const;
+    int contact_count() const { return static_cast<int>(loop_.points.size()); }
 
 private:
     void predict(const Bodies& bodies);
@@ -86,20 +97,17 @@ private:
     bool update_marks(const std::vector<PairContacts>& pairs);
     int iterate(const Bodies& bodies, double tolerance, int budget, bool& converged);
     void shock_propagation(const Bodies& bodies);
-    void compute_kick(const Bodies& bodies);
 
     StepSettings settings_;
     bool stop_at_impacts_ = false;
     double h_ = 0.0;
     double step_share_ = 1.0; ///< h_ as a share of a whole step [-]
-    std::vector<ContactBlock> blocks_;
-    std::vector<ContactPoint> points_;
-    std::vector<RestingContact> contacts_;  ///< [points_]
-    std::vector<double> node_weight_;       ///< [body_count]
+    ContactBlocks loop_;
+    std::vector<RestingContact> contacts_;  ///< [loop_.points]
+    std::vector<double> joint_weight_;      ///< [joint_count]
     std::vector<ContactGeometry> geometry_; ///< of the pair being added
     std::vector<Velocity> velocity_;
     std::vector<Pose> predicted_;
-    std::vector<Velocity> kick_;
     JointSolver joints_;
 };
 

@@ -76,7 +76,8 @@ void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
         const auto a = static_cast<std::size_t>(joint.a);
         const auto b = static_cast<std::size_t>(joint.b);
         rows_.push_back({joint.a, joint.b, bodies.props[a].inverse_mass, bodies.props[b].inverse_mass, axis,
-                         arm_a, arm_b, bodies.inverse_inertia[a] * arm_a, bodies.inverse_inertia[b] * arm_b});
+                         arm_a, arm_b, bodies.inverse_inertia[a] * arm_a, bodies.inverse_inertia[b] * arm_b,
+                         0.0, 0.0, 0, 0, 0.0});
     };
     for (const Joint& joint : joints) {
         const Pose& a = bodies.pose[static_cast<std::size_t>(joint.a)];
@@ -97,10 +98,23 @@ void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
     }
     std::size_t next = 0;
     for_each_gap(joints, bodies.pose, [&](double gap) { rows_[next++].gap = gap; });
+    next = 0;
+    for (int i = 0; i < static_cast<int>(joints.size()); ++i) {
+        const int count = joints[static_cast<std::size_t>(i)].kind == JointKind::hinge ? 5 : 3;
+        for (int k = 0; k < count; ++k) {
+            rows_[next].joint = i;
+            rows_[next++].index = k;
+        }
+    }
+    is_factored_ = false;
+}
+
+/// J M^-1 J^T: rows couple where they share a body.
+void JointSolver::factorise() {
+    is_factored_ = true;
     if (!factor_) {
         factor_ = std::make_unique<Factor>();
     }
-    // J M^-1 J^T: rows couple where they share a body.
     Factor& f = *factor_;
     f.entries.clear();
     const auto count = static_cast<int>(rows_.size());
@@ -171,6 +185,9 @@ double JointSolver::solve(std::span<Velocity> velocity) {
     if (rows_.empty()) {
         return 0.0;
     }
+    if (!is_factored_) {
+        factorise();
+    }
     Factor& f = *factor_;
     double change = 0.0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -180,16 +197,43 @@ double JointSolver::solve(std::span<Velocity> velocity) {
     }
     const Eigen::VectorXd impulse = f.ldlt.solve(f.right_side);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-        const Row& row = rows_[i];
         const double p = impulse[static_cast<Eigen::Index>(i)];
-        Velocity& a = velocity[static_cast<std::size_t>(row.a)];
-        Velocity& b = velocity[static_cast<std::size_t>(row.b)];
-        a.v += (p * row.inverse_mass_a) * row.axis;
-        a.w += p * row.turn_a;
-        b.v -= (p * row.inverse_mass_b) * row.axis;
-        b.w -= p * row.turn_b;
+        rows_[i].sum += p;
+        apply(rows_[i], p, velocity);
     }
     return change;
+}
+
+void JointSolver::apply(const Row& row, double p, std::span<Velocity> velocity) {
+    Velocity& a = velocity[static_cast<std::size_t>(row.a)];
+    Velocity& b = velocity[static_cast<std::size_t>(row.b)];
+    a.v += (p * row.inverse_mass_a) * row.axis;
+    a.w += p * row.turn_a;
+    b.v -= (p * row.inverse_mass_b) * row.axis;
+    b.w -= p * row.turn_b;
+}
+
+void JointSolver::pay(std::span<const JointMemory> memory, std::span<const char> only,
+                      std::span<Velocity> velocity) const {
+    for (const Row& row : rows_) {
+        const JointMemory& joint = memory[static_cast<std::size_t>(row.joint)];
+        if (only.empty() || only[static_cast<std::size_t>(row.a)] != 0 ||
+            only[static_cast<std::size_t>(row.b)] != 0) {
+            apply(row, joint.owed * joint.impulse[static_cast<std::size_t>(row.index)], velocity);
+        }
+    }
+}
+
+void JointSolver::add_weighted(std::span<const double> weight, std::span<Velocity> velocity) const {
+    for (const Row& row : rows_) {
+        apply(row, weight[static_cast<std::size_t>(row.joint)] * row.sum, velocity);
+    }
+}
+
+void JointSolver::remember(std::span<JointMemory> memory) const {
+    for (const Row& row : rows_) {
+        memory[static_cast<std::size_t>(row.joint)].impulse[static_cast<std::size_t>(row.index)] = row.sum;
+    }
 }
 
 } // namespace sim

@@ -7,6 +7,7 @@
 #include "sim/contact_block.h"
 #include "sim/scene_def.h"
 
+#include <array>
 #include <memory>
 
 namespace sim {
@@ -26,6 +27,13 @@ struct Joint {
 /// Joint from its definition; `world_body` is the index that stands for the world where body_b is -1.
 Joint make_joint(const JointDef& def, std::span<const Pose> pose, int world_body);
 
+/// What a joint hands to the next step.
+struct JointMemory {
+    std::array<double, 5> impulse{}; ///< of its rows [N s], [N m s]
+    double owed = 0.0;               ///< see ContactMemory
+    double last_interval = 0.0;      ///< [s]
+};
+
 /// All joints of a scene. Costs nothing where there are none.
 class JointSolver {
 public:
@@ -34,7 +42,7 @@ public:
     JointSolver(JointSolver&&) noexcept;
     JointSolver& operator=(JointSolver&&) noexcept;
 
-    /// Sets up the rows at the poses of `bodies` and factors J M^-1 J^T.
+    /// Sets up the rows at the poses of `bodies`; J M^-1 J^T is factored when it is first needed.
     void prepare(const Bodies& bodies, std::span<const Joint> joints);
 
     bool empty() const { return rows_.empty(); }
@@ -50,6 +58,17 @@ public:
     double target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
                          std::span<const Velocity> velocity, double h, double share);
 
+    /// Adds the owed share of the impulses in `memory` at the present poses; only joints of a body in `only`
+    /// [body_count] unless that is empty.
+    void pay(std::span<const JointMemory> memory, std::span<const char> only,
+             std::span<Velocity> velocity) const;
+
+    /// Adds `weight` [joint_count] times the impulses of this solve.
+    void add_weighted(std::span<const double> weight, std::span<Velocity> velocity) const;
+
+    /// Writes the impulses of this solve to `memory`.
+    void remember(std::span<JointMemory> memory) const;
+
     /// Applies the impulses that bring all rows to their targets at once. Returns the largest velocity change
     /// of a row [m/s].
     double solve(std::span<Velocity> velocity);
@@ -63,13 +82,19 @@ private:
         Vec3 turn_a, turn_b; ///< J^-1 times them
         double gap = 0.0;    ///< at t0 [m] or [rad]
         double target = 0.0; ///< [m/s] or [rad/s]
+        int joint = 0;       ///< whose row it is
+        int index = 0;       ///< in the joint
+        double sum = 0.0;    ///< impulses of this solve [N s] or [N m s]
     };
     struct Factor;
 
     double row_velocity(const Row& row, std::span<const Velocity> velocity) const;
+    static void apply(const Row& row, double p, std::span<Velocity> velocity);
+    void factorise();
 
     std::vector<Row> rows_;
     std::unique_ptr<Factor> factor_;
+    bool is_factored_ = false;
 };
 
 } // namespace sim

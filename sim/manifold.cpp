@@ -61,9 +61,9 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const Pose& a, c
         break;
     }
     }
-    g.gap = distance - feature.radius_a - feature.radius_b;
+    g.gap = distance - feature.radius_a - feature.radius_b + feature.allowance;
     g.a = core_a - feature.radius_a * g.n;
-    g.b = core_b + feature.radius_b * g.n;
+    g.b = g.a - g.gap * g.n;
     return g;
 }
 

@@ -29,6 +29,9 @@ struct ContactFeature {
     Vec3 direction_a = Vec3::Zero(); ///< unit, body frame of a
     Vec3 direction_b = Vec3::Zero(); ///< unit, body frame of b
     double side = 1.0;               ///< edges: n = side * (edge_a x edge_b) / |..|
+    /// [m] added to the gap: a point that a face would count as inside, while crossing edges keep the bodies
+    /// apart.
+    double allowance = 0.0;
 };
 
 /// Gap, normal and contact points of a feature at given poses.

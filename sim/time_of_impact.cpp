@@ -14,6 +14,9 @@ constexpr int root_iterations = 80;
 /// Gap at which a stopped impact counts as touching, as a share [-] of the tolerance.
 constexpr double stop_gap_share = 1e-6;
 
+/// And at least this [m]: the rounding of positions some metres from the origin.
+constexpr double least_stop_gap = 1e-12;
+
 } // namespace
 
 double resting_threshold(const StepSettings& settings) {

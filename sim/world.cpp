@@ -23,11 +23,24 @@ constexpr int division_limit = 6;
 /// bounces infinitely often).
 constexpr int stop_limit = 200;
 
+/// Intervals are no shorter than this share [-] of a step: an impact so near its beginning or end falls on
+/// it.
+constexpr double shortest_interval = 1e-9;
+
 /// Corrections of the time of an impact: each gains several digits.
 constexpr int impact_corrections = 6;
 
-/// Rounds of check and repair after the move before the step is divided.
+/// Rounds of check and repair after the move before the step is divided. In the first ones the contacts found
+/// after the move replace those of the pair; later they are added, lest two sets take turns.
 constexpr int repair_limit = 8;
+constexpr int replace_rounds = 8;
+
+/// A body that moves beyond what its pairs were searched for is searched again with this much [-] to spare.
+constexpr double reach_growth = 1.5;
+
+/// Pairs are looked at again in a later round of repair where a body moved by more than this share [-] of the
+/// tolerance.
+constexpr double recheck_share = 0.02;
 
 /// Contacts are looked for this many tolerances beyond what the bodies can approach in the step.
 constexpr double margin_tolerances = 2.0;
@@ -50,6 +63,27 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// How far a point of the body moves between two poses, at most [m].
+double moved_by(const BodyProps& props, const Pose& from, const Pose& to) {
+    if (props.is_static()) {
+        return 0.0;
+    }
+    const double turn = 2.0 * (to.orientation * from.orientation.conjugate()).vec().norm();
+    return (to.position - from.position).norm() + turn * props.bounding_radius;
+}
+
+/// A contact found at the planned poses, as it is at t0: the same material points and the same normal. The
+/// impulse acts at t0, but along the normal that the bodies will have where they meet.
+ContactGeometry moved_back(const ContactGeometry& at, const Pose& planned_a, const Pose& planned_b,
+                           const Pose& a, const Pose& b) {
+    ContactGeometry before;
+    before.n = at.n;
+    before.a = a * (planned_a.orientation.conjugate() * (at.a - planned_a.position));
+    before.b = b * (planned_b.orientation.conjugate() * (at.b - planned_b.position));
+    before.gap = at.n.dot(before.a - before.b);
+    return before;
+}
+
 } // namespace
 
 /// The state at one instant, and the impulses already found that carry it over the next interval.
@@ -62,14 +96,17 @@ struct World::Impl {
 
     StepReport step();
     void move(StepReport& report);
+    void find_candidates();
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);
+    void restart(std::span<const char> touched);
     void plan(StepReport& report);
     void plan_until_impact(const Impact& impact, StepReport& report);
     bool plan_interval(StepReport& report);
-    bool repair();
+    bool repair(bool replace);
     double interval_left() const { return h * (1.0 - progress); }
     double margin_of(int a, int b) const;
+    double reach_of(const BodyPair& pair) const;
     std::size_t pair_index(const BodyPair& pair) const;
     Snapshot take_snapshot() const;
 
@@ -78,18 +115,21 @@ struct World::Impl {
     StepSettings settings;
     double h = 0.0;
     std::int64_t step_index = 0;
-    double progress = 0.0;             ///< [-] 0..1, of the step under way
-    double interval = 0.0;             ///< [s] planned next
-    double verified_penetration = 0.0; ///< [m] at the planned poses
-    int stops = 0;                     ///< in the step under way
+    double progress = 0.0;                ///< [-] 0..1, of the step under way
+    double interval = 0.0;                ///< [s] planned next
+    std::vector<Pose> checked_pose;       ///< planned poses when a body's pairs were last looked at
+    bool check_all = true;                ///< they have not been looked at in this plan
+    std::vector<double> pair_penetration; ///< [candidates] then [m]
+    double verified_penetration = 0.0;    ///< [m] at the planned poses
+    int stops = 0;                        ///< in the step under way
 
     Bodies bodies;
     std::vector<Joint> joints;
-    std::vector<BodyPair> jointed;     ///< ascending: pairs that do not collide
-    std::vector<double> last_interval; ///< [s] each body moved since its velocity was last exact
-    std::vector<double> node_weight;   ///< see ContactSolver::prepare
-    std::vector<Velocity> half_kick;   ///< what each velocity lacks to be the one at the instant
+    std::vector<BodyPair> jointed; ///< ascending: pairs that do not collide
+    std::vector<JointMemory> joint_memory;
+    JointSolver joint_rows; ///< at the present poses, for what the last impulses owe
     BroadPhase broad_phase;
+    std::vector<double> reach; ///< [m] that each body may move in the step
     std::vector<Bounds> boxes;
     std::vector<BodyPair> candidates;
     std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
@@ -134,9 +174,7 @@ World::Impl::Impl(const SceneDef& scene)
             {std::min(joints.back().a, joints.back().b), std::max(joints.back().a, joints.back().b)});
     }
     std::ranges::sort(jointed);
-    last_interval.assign(count, 0.0);
-    node_weight.assign(count, 0.0);
-    half_kick.assign(count, {});
+    joint_memory.resize(joints.size());
     for (std::size_t i = 0; i < count; ++i) {
         bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
     }
@@ -179,11 +217,6 @@ void World::Impl::move(StepReport& report) {
                                     names[i], step_index));
         }
         bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
-        // The last kick stood for half of the interval before it and half of the one after: the second half
-        // is missing.
-        const Velocity& kick = contact_solver.kick()[i];
-        half_kick[i] = {(1.0 - node_weight[i]) * kick.v, (1.0 - node_weight[i]) * kick.w};
-        last_interval[i] = interval;
     }
     report.max_penetration = std::max(report.max_penetration, verified_penetration);
     progress = interval >= interval_left() ? 1.0 : progress + interval / h;
@@ -205,6 +238,12 @@ double World::Impl::margin_of(int a, int b) const {
     return h * (approach + h * settings.gravity.norm()) + margin_tolerances * settings.tolerance;
 }
 
+/// How far a contact may have moved on its bodies and still be the same one [m].
+double World::Impl::reach_of(const BodyPair& pair) const {
+    return match_reach * std::min(bodies.props[static_cast<std::size_t>(pair.a)].bounding_radius,
+                                  bodies.props[static_cast<std::size_t>(pair.b)].bounding_radius);
+}
+
 /// Index of a pair in `pairs`; pairs.size() if it has no contacts.
 std::size_t World::Impl::pair_index(const BodyPair& pair) const {
     const auto key = [](const PairContacts& p) { return BodyPair{p.manifold.body_a, p.manifold.body_b}; };
@@ -217,25 +256,31 @@ std::size_t World::Impl::pair_index(const BodyPair& pair) const {
     return static_cast<std::size_t>(added - pairs.begin());
 }
 
+/// Pairs of bodies that may touch while each moves by up to its `reach`.
+void World::Impl::find_candidates() {
+    boxes.resize(reported_count);
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        boxes[i] = bounds(bodies.props[i].shape, bodies.pose[i]);
+        const Vec3 margin = Vec3::Constant(reach[i] + 0.5 * margin_tolerances * settings.tolerance);
+        boxes[i].lower -= margin;
+        boxes[i].upper += margin;
+    }
+    broad_phase.find_pairs(boxes, candidates);
+    std::erase_if(candidates,
+                  [&](const BodyPair& pair) { return std::ranges::binary_search(jointed, pair); });
+    check_all = true;
+}
+
 void World::Impl::find_contacts(StepReport& report) {
     {
         const StageClock clock(report, Stage::broad_phase);
-        boxes.resize(reported_count);
-        for (std::size_t i = 0; i < boxes.size(); ++i) {
+        reach.resize(reported_count);
+        for (std::size_t i = 0; i < reported_count; ++i) {
             const Velocity& velocity = bodies.velocity[i];
-            boxes[i] = bounds(bodies.props[i].shape, bodies.pose[i]);
-            const double reach =
-                bodies.props[i].is_static()
-                    ? 0.0
-                    : h * (velocity.v.norm() + velocity.w.norm() * bodies.props[i].bounding_radius +
-                           h * settings.gravity.norm());
-            const Vec3 margin = Vec3::Constant(reach + 0.5 * margin_tolerances * settings.tolerance);
-            boxes[i].lower -= margin;
-            boxes[i].upper += margin;
+            const double speed = velocity.v.norm() + velocity.w.norm() * bodies.props[i].bounding_radius;
+            reach[i] = bodies.props[i].is_static() ? 0.0 : h * (speed + h * settings.gravity.norm());
         }
-        broad_phase.find_pairs(boxes, candidates);
-        std::erase_if(candidates,
-                      [&](const BodyPair& pair) { return std::ranges::binary_search(jointed, pair); });
+        find_candidates();
     }
     const StageClock clock(report, Stage::narrow_phase);
     std::vector<PairContacts> found;
@@ -252,9 +297,8 @@ void World::Impl::find_contacts(StepReport& report) {
         pair.manifold.body_b = candidate.b;
         pair.material = pair_material(bodies.props[a], bodies.props[b]);
         const std::size_t old = pair_index(candidate);
-        const double size = std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
         match_memory(old < pairs.size() ? pairs[old].memory : std::vector<ContactMemory>{}, pair,
-                     match_reach * size);
+                     reach_of(candidate));
         found.push_back(std::move(pair));
     }
     pairs = std::move(found);
@@ -263,29 +307,52 @@ void World::Impl::find_contacts(StepReport& report) {
     report.manifolds = static_cast<int>(pairs.size());
 }
 
-/// Collisions act on the velocities of the instant: those before the resting impulses plus the half they
-/// lack. A body in a collision keeps that velocity, and its motion restarts there.
+/// Collisions act on the velocities of the instant: those before the resting impulses plus what they lack. A
+/// body in a collision keeps that velocity, and its motion restarts there.
 void World::Impl::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
     std::vector<Velocity> velocity = bodies.velocity;
-    for (std::size_t i = 0; i < velocity.size(); ++i) {
-        velocity[i].v += half_kick[i].v;
-        velocity[i].w += half_kick[i].w;
-    }
+    joint_rows.prepare(bodies, joints);
+    joint_rows.pay(joint_memory, {}, velocity);
+    pay_contacts(bodies, pairs, {}, velocity);
+    const std::vector<Velocity> before = velocity;
     std::vector<char> touched;
     const CollisionReport result =
         collision_solver.resolve(bodies, pairs, joints, settings, velocity, touched);
-    for (std::size_t i = 0; i < velocity.size(); ++i) {
-        if (touched[i] != 0) {
-            bodies.velocity[i] = velocity[i];
-            half_kick[i] = {};
-            last_interval[i] = 0.0;
+    if (result.collisions > 0) {
+        joint_rows.pay(joint_memory, touched, bodies.velocity);
+        pay_contacts(bodies, pairs, touched, bodies.velocity);
+        for (std::size_t i = 0; i < velocity.size(); ++i) {
+            bodies.velocity[i].v += velocity[i].v - before[i].v;
+            bodies.velocity[i].w += velocity[i].w - before[i].w;
         }
+        restart(touched);
     }
     report.collisions += result.collisions;
     report.collision_passes += result.passes;
     report.collision_iterations += result.iterations;
     report.at_iteration_limit = report.at_iteration_limit || !result.converged;
+}
+
+/// The velocities of these bodies' contacts and joints lack nothing now.
+void World::Impl::restart(std::span<const char> touched) {
+    const auto is_touched = [&](int a, int b) {
+        return touched[static_cast<std::size_t>(a)] != 0 || touched[static_cast<std::size_t>(b)] != 0;
+    };
+    for (PairContacts& pair : pairs) {
+        if (is_touched(pair.manifold.body_a, pair.manifold.body_b)) {
+            for (ContactMemory& memory : pair.memory) {
+                memory.owed = 0.0;
+                memory.last_interval = 0.0;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+        if (is_touched(joints[i].a, joints[i].b)) {
+            joint_memory[i].owed = 0.0;
+            joint_memory[i].last_interval = 0.0;
+        }
+    }
 }
 
 /// Finds the impulses of the next interval: the rest of the step, or all of the next one; shorter if an
@@ -295,10 +362,10 @@ void World::Impl::plan(StepReport& report) {
     interval = progress < 1.0 ? interval_left() : h;
     for (int division = 0;; ++division) {
         const bool good = plan_interval(report);
-        if (good && settings.impacts == ImpactHandling::stop && stops < stop_limit) {
+        if (settings.impacts == ImpactHandling::stop && stops < stop_limit) {
             const std::optional<Impact> impact =
                 time_of_impact(bodies, contact_solver.velocity(), pairs, settings, interval);
-            if (impact && impact->time < interval) {
+            if (impact && impact->time < (1.0 - shortest_interval) * interval) {
                 ++stops;
                 ++report.impacts_stopped_at;
                 plan_until_impact(*impact, report);
@@ -315,7 +382,7 @@ void World::Impl::plan(StepReport& report) {
         ++report.divisions;
         interval *= 0.5;
     }
-    contact_solver.remember(pairs);
+    contact_solver.remember(pairs, joint_memory);
 }
 
 /// Plans the interval that ends at an impact. Its end moves a little with the impulses of the shorter
@@ -325,7 +392,8 @@ void World::Impl::plan_until_impact(const Impact& impact, StepReport& report) {
     const Contact contact = pairs[impact.pair].manifold.contacts[impact.contact];
     const auto a = static_cast<std::size_t>(pairs[impact.pair].manifold.body_a);
     const auto b = static_cast<std::size_t>(pairs[impact.pair].manifold.body_b);
-    interval = impact.time;
+    const double shortest = shortest_interval * h;
+    interval = std::max(impact.time, shortest);
     for (int correction = 0; correction < impact_corrections; ++correction) {
         plan_interval(report);
         const std::span<const Pose> planned = contact_solver.predicted();
@@ -334,27 +402,25 @@ void World::Impl::plan_until_impact(const Impact& impact, StepReport& report) {
         if (std::abs(gap) <= 0.5 * touch_gap(settings) || approach <= 0.0) {
             return;
         }
-        interval = std::clamp(interval + gap / approach, 0.5 * interval, longest);
+        interval = std::clamp(interval + gap / approach, std::max(0.5 * interval, shortest), longest);
     }
     plan_interval(report);
 }
 
 /// One solve over `interval`, checked on the geometry after the move. Returns false if it did not converge.
 bool World::Impl::plan_interval(StepReport& report) {
-    for (std::size_t i = 0; i < node_weight.size(); ++i) {
-        node_weight[i] = last_interval[i] / (last_interval[i] + interval);
-    }
     StepSettings used = settings;
     if (stops >= stop_limit) {
         used.impacts = ImpactHandling::ahead;
     }
-    contact_solver.prepare(bodies, pairs, joints, node_weight, used, interval);
+    contact_solver.prepare(bodies, pairs, joints, joint_memory, used, interval);
+    check_all = true;
     bool good = false;
     for (int round = 0; round < repair_limit && !good; ++round) {
         const ContactSolveReport result = contact_solver.solve(bodies, pairs, joints);
         report.contact_iterations += result.iterations;
         report.residual = result.residual;
-        good = repair();
+        good = repair(round < replace_rounds);
         if (!result.converged) {
             good = false;
             break;
@@ -368,17 +434,47 @@ bool World::Impl::plan_interval(StepReport& report) {
 /// Looks at all pairs again at the planned poses, by their shapes and not by the contacts of the solve. A
 /// pair that would overlap by more than the tolerance gets the contacts found there. Returns true if there
 /// was none.
-bool World::Impl::repair() {
+bool World::Impl::repair(bool replace) {
     const std::span<const Pose> planned = contact_solver.predicted();
     verified_penetration = 0.0;
+    // An impulse may throw a body farther than its velocity before told.
+    bool farther = false;
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        const double moved = moved_by(bodies.props[i], bodies.pose[i], planned[i]);
+        if (moved > reach[i]) {
+            reach[i] = reach_growth * moved;
+            farther = true;
+        }
+    }
+    if (farther) {
+        find_candidates();
+    }
+    pair_penetration.resize(candidates.size());
+    std::vector<char> moved(planned.size(), 1);
+    if (!check_all) {
+        for (std::size_t i = 0; i < reported_count; ++i) {
+            moved[i] =
+                moved_by(bodies.props[i], checked_pose[i], planned[i]) > recheck_share * settings.tolerance;
+        }
+    }
+    checked_pose.resize(planned.size());
+    for (std::size_t i = 0; i < planned.size(); ++i) {
+        if (moved[i] != 0) {
+            checked_pose[i] = planned[i];
+        }
+    }
+    check_all = false;
     bool good = true;
     std::vector<Contact> contacts;
     std::vector<PairContacts> added;
-    for (const BodyPair& candidate : candidates) {
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+        const BodyPair& candidate = candidates[k];
         const auto a = static_cast<std::size_t>(candidate.a);
         const auto b = static_cast<std::size_t>(candidate.b);
-        const double penetration =
-            -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
+        double& penetration = pair_penetration[k];
+        if (moved[a] != 0 || moved[b] != 0) {
+            penetration = -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
+        }
         verified_penetration = std::max(verified_penetration, penetration);
         if (penetration <= settings.tolerance) {
             continue;
@@ -388,27 +484,32 @@ bool World::Impl::repair() {
         const bool known = index < pairs.size();
         sim::find_contacts(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b], 0.0,
                            contacts);
-        PairContacts fresh;
-        fresh.manifold.body_a = candidate.a;
-        fresh.manifold.body_b = candidate.b;
-        fresh.material = pair_material(bodies.props[a], bodies.props[b]);
-        PairContacts& pair = known ? pairs[index] : fresh;
-        const std::size_t first = pair.manifold.contacts.size();
         for (Contact& contact : contacts) {
-            const auto same = [&](const Contact& other) { return other.feature.id == contact.feature.id; };
-            if (std::ranges::any_of(pair.manifold.contacts, same)) {
-                continue;
-            }
-            // The impulse acts at t0: there the same features are apart or not yet facing each other.
-            contact.at = contact_geometry(contact.feature, bodies.pose[a], bodies.pose[b]);
-            pair.manifold.contacts.push_back(contact);
-            pair.memory.push_back({.id = contact.feature.id, .core_a = contact.feature.core_a});
+            contact.at = moved_back(contact.at, planned[a], planned[b], bodies.pose[a], bodies.pose[b]);
         }
-        if (known) {
-            contact_solver.add_contacts(bodies, pairs, static_cast<int>(index), first);
-        } else {
+        if (!known) {
+            PairContacts fresh;
+            fresh.manifold = {candidate.a, candidate.b, contacts};
+            fresh.material = pair_material(bodies.props[a], bodies.props[b]);
+            match_memory({}, fresh, 0.0);
             added.push_back(std::move(fresh));
+            continue;
         }
+        PairContacts& pair = pairs[index];
+        std::size_t first = pair.manifold.contacts.size();
+        if (replace) {
+            contact_solver.drop_contacts(bodies, static_cast<int>(index));
+            const std::vector<ContactMemory> memory = std::move(pair.memory);
+            pair.manifold.contacts = contacts;
+            match_memory(memory, pair, reach_of(candidate));
+            first = 0;
+        } else {
+            for (const Contact& contact : contacts) {
+                pair.manifold.contacts.push_back(contact);
+                pair.memory.push_back({.id = contact.feature.id, .core_a = contact.feature.core_a});
+            }
+        }
+        contact_solver.add_contacts(bodies, pairs, static_cast<int>(index), first);
     }
     for (PairContacts& pair : added) {
         pairs.push_back(std::move(pair));
@@ -422,11 +523,10 @@ Snapshot World::Impl::take_snapshot() const {
     snapshot.step = step_index;
     snapshot.time = static_cast<double>(step_index * settings.time_step.num) /
                     static_cast<double>(settings.time_step.den);
+    const std::vector<Velocity> velocity = contact_solver.velocity_at_node(bodies);
     for (std::size_t i = 0; i < reported_count; ++i) {
-        const Velocity& kick = contact_solver.kick()[i];
-        snapshot.bodies.push_back({bodies.pose[i].position, bodies.pose[i].orientation,
-                                   bodies.velocity[i].v + node_weight[i] * kick.v,
-                                   bodies.velocity[i].w + node_weight[i] * kick.w});
+        snapshot.bodies.push_back(
+            {bodies.pose[i].position, bodies.pose[i].orientation, velocity[i].v, velocity[i].w});
     }
     return snapshot;
 }

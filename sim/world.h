@@ -16,7 +16,8 @@ public:
     World(World&&) noexcept;
     World& operator=(World&&) noexcept;
 
-    /// Advances by one time step. Throws Error (stopped) with body, step and stage when a state is not finite.
+    /// Advances by one time step. Throws Error (stopped) with body, step and stage when a state is not
+    /// finite.
     StepReport step();
 
     std::int64_t step_index() const;
