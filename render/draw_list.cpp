@@ -20,7 +20,7 @@ using sim::Vec3;
 
 /// A floor fades into the sky over this many view distances.
 constexpr double floor_extent_in_views = 14.0;
-/// What lies farther from the target than this many view distances throws no shadow and no occlusion.
+/// What lies farther from the target than this many view distances throws no shadow.
 constexpr double reach_in_views = 3.0;
 /// Shadow texels are not smaller than this many view distances.
 constexpr double least_texel_in_views = 0.0009;
@@ -31,7 +31,7 @@ constexpr std::array<double, mesh_id::sphere_count - 1> sphere_pixels{7.0, 30.0,
 /// covers the centre of at least one pixel in each row (edges.cpp then counts its true width) [px].
 constexpr double rod_radius_in_views = 0.0014;
 /// Cells of the occlusion volume across the smallest body, and cells of the whole volume at most.
-constexpr double cells_across_body = 12.0;
+constexpr double cells_across_body = 6.0;
 constexpr double most_occlusion_cells = 4e5;
 /// Cells that the occlusion volume reaches beyond the bodies.
 constexpr float occlusion_margin_cells = 4.0f;
@@ -301,11 +301,14 @@ float ring_scale(const FloorRegion& region, float extent) {
     return 4.0f * extent / inner_radius;
 }
 
-/// Cell of the occlusion volume: a share of the smallest body, coarser where the start fills much space.
-float occlusion_cell(const sim::SceneDef& scene) {
-    double smallest = std::numeric_limits<double>::max();
-    Vec3 lower = Vec3::Constant(std::numeric_limits<double>::max());
-    Vec3 upper = -lower;
+/// Cell of the occlusion volume: a share of the smallest moving body (of all bodies, if none moves), coarser
+/// where the start fills much space; told from the scene alone, so that it is the same in all pictures.
+float occlusion_cell(const sim::SceneDef& scene, double reach) {
+    constexpr double none = std::numeric_limits<double>::max();
+    double smallest_moving = none;
+    double smallest = none;
+    Vec3 lower = Vec3::Constant(none);
+    Vec3 upper = Vec3::Constant(-none);
     for (const sim::BodyDef& body : scene.bodies) {
         const sim::Bounds bounds = sim::bounds(body.shape, body.pose);
         const Vec3 size = bounds.upper - bounds.lower;
@@ -314,22 +317,23 @@ float occlusion_cell(const sim::SceneDef& scene) {
         }
         lower = lower.cwiseMin(bounds.lower);
         upper = upper.cwiseMax(bounds.upper);
+        smallest = std::min(smallest, size.minCoeff());
         if (!body.is_static()) {
-            smallest = std::min(smallest, size.minCoeff());
+            smallest_moving = std::min(smallest_moving, size.minCoeff());
         }
     }
-    if (lower.x() > upper.x()) {
-        return 1.0f;
+    if (smallest == none) {
+        return static_cast<float>(reach);
     }
-    const Vec3 extent = (upper - lower).cwiseMax(1e-6);
-    smallest = std::min(smallest, extent.maxCoeff());
+    const double body_size = smallest_moving == none ? smallest : smallest_moving;
+    const Vec3 extent = (upper - lower).cwiseMax(body_size).cwiseMin(2.0 * reach);
     return static_cast<float>(
-        std::max(smallest / cells_across_body, std::cbrt(extent.prod() / most_occlusion_cells)));
+        std::max(body_size / cells_across_body, std::cbrt(extent.prod() / most_occlusion_cells)));
 }
 
 } // namespace
 
-SceneGeometry make_scene_geometry(const sim::SceneDef& scene) {
+SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraDef& camera) {
     SceneGeometry geometry;
     geometry.group_count.assign(mesh_id::lathe_first, 1);
     geometry.group_count[mesh_id::rod] = make_lathe_bands(rod_profile()).back().group + 1;
@@ -349,7 +353,7 @@ SceneGeometry make_scene_geometry(const sim::SceneDef& scene) {
             geometry.profiles.push_back(std::move(profile));
         }
     }
-    geometry.occlusion_cell = occlusion_cell(scene);
+    geometry.occlusion_cell = occlusion_cell(scene, view_scale(camera));
     return geometry;
 }
 
@@ -396,7 +400,6 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
                                static_cast<double>(viewport.width) / viewport.height};
     const double scale = view_scale(camera);
     const double extent = floor_extent_in_views * scale;
-    const double reach = reach_in_views * scale;
 
     PartCollector parts(geometry, view,
                         viewport.height / (2.0 * std::tan(0.5 * glm::radians(view.fov_degrees))));
@@ -418,8 +421,8 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
     const std::span<const Instance> rounds = std::span<const Instance>(all).subspan(parts.boxes.size());
     list.camera = make_camera(view_point, depth_range(view_point, all, extent, !list.floors.empty()));
     const double margin = static_cast<double>(occlusion_margin_cells * geometry.occlusion_cell);
-    list.shadow = make_shadow_volume({glm::dvec3(list.light.to_sun), view_point.target, reach, margin,
-                                      viewport.shadow_size, least_texel_in_views * scale},
+    list.shadow = make_shadow_volume({glm::dvec3(list.light.to_sun), view_point.target, scale, reach_in_views,
+                                      margin, viewport.shadow_size, least_texel_in_views * scale},
                                      all);
     const float occlusion_reach = 2.0f * occlusion_margin_cells * geometry.occlusion_cell;
     const FloorRegionSetup region{list.light.to_sun, 3.0f * list.shadow.texel_size, occlusion_reach,
@@ -429,7 +432,7 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
         floor.ring_scale = ring_scale(floor.region, list.floor_extent);
     }
     list.occlusion =
-        make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(reach));
+        make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(scale));
     add_faces(parts.boxes, list);
     fill_rounds(parts.rounds, geometry, list);
     return list;

@@ -122,7 +122,7 @@ struct SceneGeometry {
     std::vector<std::uint32_t> group_count; ///< [mesh_id] surface groups of a mesh, each with its own id
     float occlusion_cell = 0.0f;            ///< [m] of the occlusion volume
 };
-SceneGeometry make_scene_geometry(const sim::SceneDef& scene);
+SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraDef& camera);
 
 /// camera: one of the scene's. Bodies whose pose is not finite are left out.
 DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,

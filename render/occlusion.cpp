@@ -7,23 +7,28 @@ namespace render {
 
 namespace {
 
-/// Fine cells along one side of a coarse one.
-constexpr int coarsening = 4;
-
-/// Distances of the samples above the surface in cells, and the share of the sky each one takes when it lies
-/// in filled cells. A cell is as wide as the blur of the volume, so the first sample begins to clear the
-/// surface's own body.
+/// The sky over a surface is divided among four directions that lean towards its sides. Each is sampled
+/// twice: near by in the cells, farther away in cells of twice the side, at distances where the blur of the
+/// cells just clears the surface's own body; straight above one sample in the largest cells tells of the
+/// surroundings. Distance [cells], share of the sky taken when the sample lies in filled cells, level of the
+/// cells.
 struct Tap {
     float distance;
     float weight;
+    int level;
 };
-constexpr Tap fine_taps[] = {{0.8f, 0.45f}, {2.0f, 0.35f}};
-constexpr Tap coarse_tap{5.0f, 0.45f};
-/// Filled share that the first sample finds above a lone flat face: taken off.
-constexpr float own_share = 0.10f;
+constexpr Tap leaning_taps[] = {{1.8f, 0.60f, 0}, {3.6f, 0.50f, 1}};
+constexpr Tap upright_tap{6.0f, 0.40f, 2};
+/// Filled share that a sample may find above a lone flat face that lies askew: taken off.
+constexpr float own_share = 0.03f;
+
+float open_after(const Tap& tap, float filled) {
+    return 1.0f - tap.weight * std::max(0.0f, filled - own_share) / (1.0f - own_share);
+}
 
 /// Trilinear interpolation between cell centres; 0 outside. p in cells.
-float interpolated(const std::vector<float>& values, const glm::ivec3& size, const glm::vec3& p) {
+float interpolated(const OcclusionVolume::Level& level, const glm::vec3& p) {
+    const glm::ivec3& size = level.size;
     const glm::vec3 q = p - 0.5f;
     const glm::vec3 base = glm::floor(q);
     const glm::ivec3 i(base);
@@ -38,7 +43,7 @@ float interpolated(const std::vector<float>& values, const glm::ivec3& size, con
     const int y1 = std::min(i.y + 1, size.y - 1);
     const int z1 = std::min(i.z + 1, size.z - 1);
     const auto row = [&](int y, int z) {
-        const float* at = values.data() + (static_cast<std::size_t>(z) * size.y + y) * size.x;
+        const float* at = level.filled.data() + (static_cast<std::size_t>(z) * size.y + y) * size.x;
         return at[x0] + f.x * (at[x1] - at[x0]);
     };
     const float lower = row(y0, z0) + f.y * (row(y1, z0) - row(y0, z0));
@@ -65,14 +70,15 @@ float profile_radius(std::span<const glm::vec2> profile, float z) {
 OcclusionVolume::OcclusionVolume(const glm::vec3& lower, const glm::vec3& upper, float cell) : cell_(cell) {
     const glm::vec3 first = glm::floor(lower / cell);
     const glm::vec3 last = glm::ceil(upper / cell);
-    size_ = glm::clamp(glm::ivec3(last - first), glm::ivec3(1), glm::ivec3(most_cells));
+    const glm::ivec3 size = glm::clamp(glm::ivec3(last - first), glm::ivec3(1), glm::ivec3(most_cells));
     lower_ = first * cell;
-    filled_.assign(static_cast<std::size_t>(size_.x) * size_.y * size_.z, 0.0f);
+    levels_[0] = {size, std::vector<float>(static_cast<std::size_t>(size.x) * size.y * size.z, 0.0f)};
 }
 
 /// Adds share(p) 0..1 to each cell near the instance, p [m] in its frame.
 template <class Share>
 void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const Share& share) {
+    const glm::ivec3& size = levels_[0].size;
     const glm::vec3 center = (instance.position - lower_) / cell_;
     // A box of half extents `half` in the instance's frame holds it; this is how far that reaches along the
     // axes.
@@ -83,7 +89,7 @@ void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const
         reach += glm::abs(turned(instance.orientation, edge));
     }
     const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(glm::max(center - reach, -1.0f))), 0);
-    const glm::ivec3 to = glm::min(glm::ivec3(glm::ceil(glm::min(center + reach, 1e6f))), size_);
+    const glm::ivec3 to = glm::min(glm::ivec3(glm::ceil(glm::min(center + reach, 1e6f))), size);
     const glm::vec3 step_x = turned_back(instance.orientation, {cell_, 0, 0});
     for (int z = from.z; z < to.z; ++z) {
         for (int y = from.y; y < to.y; ++y) {
@@ -106,7 +112,8 @@ void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const
                     end = -1.0f;
                 }
             }
-            float* row = filled_.data() + (static_cast<std::size_t>(z) * size_.y + y) * size_.x + from.x;
+            float* row =
+                levels_[0].filled.data() + (static_cast<std::size_t>(z) * size.y + y) * size.x + from.x;
             for (int i = static_cast<int>(std::ceil(begin)); static_cast<float>(i) <= end; ++i) {
                 row[i] = std::min(1.0f, row[i] + share(p + step_x * static_cast<float>(i)));
             }
@@ -140,15 +147,16 @@ void OcclusionVolume::add_lathe(const Instance& instance, std::span<const glm::v
 }
 
 void OcclusionVolume::add_half_space(const glm::vec3& origin, const glm::vec3& normal) {
-    for (int z = 0; z < size_.z; ++z) {
-        for (int y = 0; y < size_.y; ++y) {
+    const glm::ivec3& size = levels_[0].size;
+    for (int z = 0; z < size.z; ++z) {
+        for (int y = 0; y < size.y; ++y) {
             const glm::vec3 first = lower_ + (glm::vec3(0, y, z) + 0.5f) * cell_ - origin;
             float depth = 0.5f - glm::dot(first, normal) / cell_;
-            if (depth <= 0.0f && depth - normal.x * static_cast<float>(size_.x) <= 0.0f) {
+            if (depth <= 0.0f && depth - normal.x * static_cast<float>(size.x) <= 0.0f) {
                 continue;
             }
-            float* row = filled_.data() + (static_cast<std::size_t>(z) * size_.y + y) * size_.x;
-            for (int x = 0; x < size_.x; ++x) {
+            float* row = levels_[0].filled.data() + (static_cast<std::size_t>(z) * size.y + y) * size.x;
+            for (int x = 0; x < size.x; ++x) {
                 row[x] = std::min(1.0f, row[x] + std::clamp(depth, 0.0f, 1.0f));
                 depth -= normal.x;
             }
@@ -157,50 +165,57 @@ void OcclusionVolume::add_half_space(const glm::vec3& origin, const glm::vec3& n
 }
 
 void OcclusionVolume::finish() {
-    coarse_size_ = (size_ + coarsening - 1) / coarsening;
-    coarse_.assign(static_cast<std::size_t>(coarse_size_.x) * coarse_size_.y * coarse_size_.z, 0.0f);
-    std::vector<float> sum(static_cast<std::size_t>(coarse_size_.x) * coarsening);
-    for (int z = 0; z < coarse_size_.z; ++z) {
-        for (int y = 0; y < coarse_size_.y; ++y) {
-            // The rows of one row of coarse cells are added first, then its columns.
-            std::fill(sum.begin(), sum.end(), 0.0f);
-            for (int k = 0; k < coarsening * coarsening; ++k) {
-                const int fine_z = z * coarsening + k / coarsening;
-                const int fine_y = y * coarsening + k % coarsening;
-                if (fine_z < size_.z && fine_y < size_.y) {
-                    const float* row =
-                        filled_.data() + (static_cast<std::size_t>(fine_z) * size_.y + fine_y) * size_.x;
-                    for (int x = 0; x < size_.x; ++x) {
-                        sum[x] += row[x];
+    for (std::size_t k = 1; k < levels_.size(); ++k) {
+        const Level& fine = levels_[k - 1];
+        const glm::ivec3 size = (fine.size + 1) / 2;
+        Level coarse{size, std::vector<float>(static_cast<std::size_t>(size.x) * size.y * size.z, 0.0f)};
+        std::vector<float> sum(static_cast<std::size_t>(size.x) * 2, 0.0f);
+        for (int z = 0; z < size.z; ++z) {
+            for (int y = 0; y < size.y; ++y) {
+                // The four rows of one row of larger cells are added first, then its columns.
+                std::fill(sum.begin(), sum.end(), 0.0f);
+                for (int i = 0; i < 4; ++i) {
+                    const int fine_z = 2 * z + i / 2;
+                    const int fine_y = 2 * y + i % 2;
+                    if (fine_z < fine.size.z && fine_y < fine.size.y) {
+                        const float* row =
+                            fine.filled.data() +
+                            (static_cast<std::size_t>(fine_z) * fine.size.y + fine_y) * fine.size.x;
+                        for (int x = 0; x < fine.size.x; ++x) {
+                            sum[x] += row[x];
+                        }
                     }
                 }
-            }
-            float* to = coarse_.data() + (static_cast<std::size_t>(z) * coarse_size_.y + y) * coarse_size_.x;
-            for (int x = 0; x < coarse_size_.x; ++x) {
-                to[x] = sum[4 * x] + sum[4 * x + 1] + sum[4 * x + 2] + sum[4 * x + 3];
+                float* to = coarse.filled.data() + (static_cast<std::size_t>(z) * size.y + y) * size.x;
+                for (int x = 0; x < size.x; ++x) {
+                    to[x] = (sum[2 * x] + sum[2 * x + 1]) * 0.125f;
+                }
             }
         }
-    }
-    constexpr float share = 1.0f / (coarsening * coarsening * coarsening);
-    for (float& value : coarse_) {
-        value *= share;
+        levels_[k] = std::move(coarse);
     }
 }
 
 float OcclusionVolume::open_share(const glm::vec3& position, const glm::vec3& normal) const {
-    if (filled_.empty()) {
+    if (is_empty()) {
         return 1.0f;
     }
     const glm::vec3 p = (position - lower_) / cell_;
-    float open = 1.0f;
-    float own = own_share;
-    for (const Tap& tap : fine_taps) {
-        const float filled = interpolated(filled_, size_, p + normal * tap.distance);
-        open *= 1.0f - tap.weight * std::max(0.0f, filled - own) / (1.0f - own);
-        own = 0.0f;
+    const auto open_at = [&](const Tap& tap, const glm::vec3& direction) {
+        const glm::vec3 at = (p + direction * tap.distance) / static_cast<float>(1 << tap.level);
+        return open_after(tap, interpolated(level(tap.level), at));
+    };
+    // Any two directions across the normal will do.
+    const glm::vec3 side = std::abs(normal.z) < 0.7f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0);
+    const glm::vec3 t = glm::normalize(glm::cross(side, normal));
+    const glm::vec3 s = glm::cross(normal, t);
+    constexpr float lean = 0.70710678f;
+    float open = 0.0f;
+    for (const glm::vec3& across : {t, -t, s, -s}) {
+        const glm::vec3 direction = (normal + across) * lean;
+        open += 0.25f * open_at(leaning_taps[0], direction) * open_at(leaning_taps[1], direction);
     }
-    const glm::vec3 far = (p + normal * coarse_tap.distance) / static_cast<float>(coarsening);
-    return open * (1.0f - coarse_tap.weight * interpolated(coarse_, coarse_size_, far));
+    return open * open_at(upright_tap, normal);
 }
 
 } // namespace render

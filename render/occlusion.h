@@ -4,12 +4,13 @@
 
 #include <glm/glm.hpp>
 
+#include <array>
 #include <span>
 #include <vector>
 
 namespace render {
 
-/// Filled share of the cells of a grid.
+/// Filled share of the cells of a grid, and of cells twice and four times as large.
 class OcclusionVolume {
 public:
     OcclusionVolume() = default;
@@ -30,18 +31,21 @@ public:
     /// Share 0..1 of the sky that is open at a point of a surface with unit normal; 1 outside the volume.
     float open_share(const glm::vec3& position, const glm::vec3& normal) const;
 
-    bool is_empty() const { return filled_.empty(); }
-    const glm::ivec3& size() const { return size_; }
+    /// Filled share 0..1 of the cells of one size.
+    struct Level {
+        glm::ivec3 size{0};        ///< cells
+        std::vector<float> filled; ///< [size.z][size.y][size.x]
+    };
+    /// Level k has cells of 2^k times the side; all levels have the same lower corner.
+    static constexpr int level_count = 3;
+    const Level& level(int k) const { return levels_[static_cast<std::size_t>(k)]; }
+
+    bool is_empty() const { return levels_[0].filled.empty(); }
     float cell() const { return cell_; }
     glm::vec3 lower() const { return lower_; }
-    glm::vec3 upper() const { return lower_ + glm::vec3(size_) * cell_; }
-    /// [size.z][size.y][size.x] filled share 0..1 of each cell.
-    const std::vector<float>& filled() const { return filled_; }
-    /// Cells of 4 x 4 x 4 from the same corner, and the mean of each.
-    const glm::ivec3& coarse_size() const { return coarse_size_; }
-    const std::vector<float>& coarse() const { return coarse_; }
+    glm::vec3 upper() const { return lower_ + glm::vec3(levels_[0].size) * cell_; }
 
-    static constexpr int most_cells = 128;
+    static constexpr int most_cells = 192;
 
 private:
     template <class Share>
@@ -49,10 +53,7 @@ private:
 
     glm::vec3 lower_{0.0f}; ///< [m]
     float cell_ = 1.0f;     ///< [m]
-    glm::ivec3 size_{0};    ///< cells
-    std::vector<float> filled_;
-    glm::ivec3 coarse_size_{0};
-    std::vector<float> coarse_; ///< mean of 4 x 4 x 4 cells
+    std::array<Level, level_count> levels_;
 };
 
 } // namespace render

@@ -86,19 +86,19 @@ ShadowVolume make_shadow_volume(const ShadowSetup& setup, std::span<const Instan
     for (const Instance& instance : instances) {
         const glm::dvec3 position(instance.position);
         const double radius = static_cast<double>(instance.bounding_radius);
-        if (glm::length(position - setup.target) - radius > setup.reach) {
+        if (glm::length(position - setup.target) - radius > setup.reach_in_views * setup.view_distance) {
             continue;
         }
-        // A body larger than the reach fills the volume without stretching it.
-        const bool is_huge = radius > setup.reach;
+        // Of a body larger than the view only the part near the target counts.
+        const bool is_huge = radius > setup.view_distance;
         const glm::dvec3 p(light_from_world * glm::dvec4(is_huge ? setup.target : position, 1.0));
-        const double shown = (is_huge ? setup.reach : radius) + setup.margin;
+        const double shown = (is_huge ? setup.view_distance : radius) + setup.margin;
         lower = glm::min(lower, p - shown);
         upper = glm::max(upper, p + shown);
     }
     if (lower.x > upper.x) {
-        lower = glm::dvec3(light_from_world * glm::dvec4(setup.target, 1.0)) - setup.reach;
-        upper = lower + 2.0 * setup.reach;
+        lower = glm::dvec3(light_from_world * glm::dvec4(setup.target, 1.0)) - setup.view_distance;
+        upper = lower + 2.0 * setup.view_distance;
     }
     // Four texels on each side stay free, so that the filter finds light outside.
     const double side = stepped_size(std::max(upper.x - lower.x, upper.y - lower.y));

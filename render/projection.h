@@ -33,9 +33,11 @@ bool is_outside(const CameraBlock& camera, const glm::vec3& center, float radius
 
 /// What throws shadows.
 struct ShadowSetup {
-    glm::dvec3 to_sun;  ///< unit
-    glm::dvec3 target;  ///< what the camera looks at [m]
-    double reach;       ///< [m] instances farther from the target throw no shadow
+    glm::dvec3 to_sun;    ///< unit
+    glm::dvec3 target;    ///< what the camera looks at [m]
+    double view_distance; ///< [m] from the eye to the target
+    double
+        reach_in_views; ///< instances farther from the target than this many view distances throw no shadow
     double margin;      ///< [m] kept free around them
     int map_size;       ///< [px]
     double least_texel; ///< [m] texels are not smaller: half shadows are four texels wide

@@ -44,10 +44,9 @@ namespace unit {
 constexpr int shadow_map = 0;
 constexpr int faces = 1;
 constexpr int boxes = 2;
-constexpr int occlusion_fine = 3;
-constexpr int occlusion_coarse = 4;
-constexpr int occlusion_floor = 5;
-constexpr int sky_atlas = 6;
+constexpr int sky_atlas = 3;
+constexpr int occlusion_floor = 4;
+constexpr int occlusion_first = 5; ///< and one for each further level
 } // namespace unit
 
 void bind_texture(int texture_unit, GLenum target, const GlTexture& texture) {
@@ -117,8 +116,7 @@ struct Renderer::Impl {
     ElementArray sky_array;
     TexelTable faces;
     TexelTable boxes;
-    GlTexture occlusion_fine;
-    GlTexture occlusion_coarse;
+    std::array<GlTexture, OcclusionVolume::level_count> occlusion;
     GlTexture occlusion_floor;
     GlTexture sky_atlas;
     Target picture;
@@ -137,7 +135,7 @@ struct Renderer::Impl {
     Impl(const sim::SceneDef& scene_def, int width, int height, const RenderSettings& settings)
         : scene(scene_def),
           camera(find_camera(scene, settings.camera.empty() ? scene.output.camera : settings.camera)),
-          viewport{width, height, settings.shadow_size}, geometry(make_scene_geometry(scene)),
+          viewport{width, height, settings.shadow_size}, geometry(make_scene_geometry(scene, camera)),
           measures_times(settings.measures_times) {
         CHECK(width > 0 && height > 0 && settings.shadow_size > 8);
         make_geometry();
@@ -191,8 +189,9 @@ struct Renderer::Impl {
 
     void make_targets() {
         picture = make_target(viewport.width, viewport.height);
-        occlusion_fine = make_float_texture(GL_TEXTURE_3D, 0.0f);
-        occlusion_coarse = make_float_texture(GL_TEXTURE_3D, 0.0f);
+        for (GlTexture& level : occlusion) {
+            level = make_float_texture(GL_TEXTURE_3D, 0.0f);
+        }
         occlusion_floor = make_float_texture(GL_TEXTURE_2D, 1.0f);
         sky_atlas = make_float_texture(GL_TEXTURE_2D, 1.0f);
         // Outside the map everything is lit.
@@ -260,24 +259,22 @@ struct Renderer::Impl {
         bind_texture(unit::shadow_map, GL_TEXTURE_2D, shadow_map);
         bind_texture(unit::faces, GL_TEXTURE_BUFFER, faces.texture);
         bind_texture(unit::boxes, GL_TEXTURE_BUFFER, boxes.texture);
-        bind_texture(unit::occlusion_fine, GL_TEXTURE_3D, occlusion_fine);
-        bind_texture(unit::occlusion_coarse, GL_TEXTURE_3D, occlusion_coarse);
         bind_texture(unit::sky_atlas, GL_TEXTURE_2D, sky_atlas);
         glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, SkyAtlas::width, list.sky_atlas.height, 0, GL_RED, GL_FLOAT,
                      list.sky_atlas.open.data());
-        if (!list.rounds.empty()) {
-            upload_volume(unit::occlusion_fine, list.occlusion.size(), list.occlusion.filled());
-            upload_volume(unit::occlusion_coarse, list.occlusion.coarse_size(), list.occlusion.coarse());
+        for (int k = 0; k < OcclusionVolume::level_count && !list.rounds.empty(); ++k) {
+            bind_texture(unit::occlusion_first + k, GL_TEXTURE_3D, occlusion[static_cast<std::size_t>(k)]);
+            upload_level(list.occlusion.level(k));
         }
     }
 
-    static void upload_volume(int texture_unit, const glm::ivec3& size, const std::vector<float>& values) {
+    /// Into the 3D texture of the current unit; without bodies a single empty cell.
+    static void upload_level(const OcclusionVolume::Level& level) {
         constexpr float empty = 0.0f;
-        const bool is_empty = values.empty();
-        const glm::ivec3 s = is_empty ? glm::ivec3(1) : size;
-        glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(texture_unit));
-        glTexImage3D(GL_TEXTURE_3D, 0, GL_R32F, s.x, s.y, s.z, 0, GL_RED, GL_FLOAT,
-                     is_empty ? &empty : values.data());
+        const bool is_empty = level.filled.empty();
+        const glm::ivec3 size = is_empty ? glm::ivec3(1) : level.size;
+        glTexImage3D(GL_TEXTURE_3D, 0, GL_R32F, size.x, size.y, size.z, 0, GL_RED, GL_FLOAT,
+                     is_empty ? &empty : level.filled.data());
     }
 
     void draw_rounds(const RoundBatch& batch) const {
@@ -353,8 +350,9 @@ struct Renderer::Impl {
             const Program& program = round_program(batch.pattern);
             program.use();
             program.set("shadow_map", unit::shadow_map);
-            program.set("occlusion_fine", unit::occlusion_fine);
-            program.set("occlusion_coarse", unit::occlusion_coarse);
+            for (int k = 0; k < OcclusionVolume::level_count; ++k) {
+                program.set(("occlusion_" + std::to_string(k)).c_str(), unit::occlusion_first + k);
+            }
             program.set("occlusion_corner", glm::vec4(list.occlusion.lower(), list.occlusion.cell()));
             draw_rounds(batch);
         }
@@ -371,15 +369,15 @@ struct Renderer::Impl {
     void draw_floor(const Floor& floor, const DrawList& list) {
         glActiveTexture(GL_TEXTURE0 + unit::occlusion_floor);
         glBindTexture(GL_TEXTURE_2D, occlusion_floor.get());
-        const FloorOcclusion occlusion = floor_occlusion(floor, list.occlusion);
-        glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, occlusion.width, occlusion.height, 0, GL_RED, GL_FLOAT,
-                     occlusion.open.data());
+        const FloorOcclusion open = floor_occlusion(floor, list.occlusion);
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, open.width, open.height, 0, GL_RED, GL_FLOAT,
+                     open.open.data());
         for (const bool is_inside : {true, false}) {
             const Program& program = is_inside ? floor_inside_program : floor_ring_program;
             program.use();
             program.set("shadow_map", unit::shadow_map);
             program.set("occlusion", unit::occlusion_floor);
-            program.set("occlusion_place", occlusion.place);
+            program.set("occlusion_place", open.place);
             program.set("origin", floor.frame.origin);
             program.set("tangent", floor.frame.tangent);
             program.set("normal", floor.frame.normal);

@@ -32,17 +32,20 @@ vec3 shaded(Surface surface, vec3 v, float sunlit, float open) {
     float n_v = max(abs(n_dot_v), 1e-3);
     float n_l = clamp(dot(n, l), 0.0, 1.0);
     vec2 share = mirrored_share(roughness, n_v);
+    float coat = 0.04 * share.x + share.y;
 #if METAL
     vec3 f0 = mix(vec3(0.04), surface.albedo, surface.metallic);
-    // Multiple scattering between facets (Turquin 2019): what single scattering loses is given back.
-    vec3 compensation = 1.0 + f0 * (1.0 / (share.x + share.y) - 1.0);
-    vec3 base = surface.albedo * (1.0 - surface.metallic);
+    // Multiple scattering between a metal's facets (Turquin 2019): what single scattering loses is given back.
+    vec3 gain = 1.0 + surface.albedo * (1.0 / (share.x + share.y) - 1.0);
+    vec3 compensation = mix(vec3(1.0), gain, surface.metallic);
+    vec3 mirrored = mix(vec3(coat), (surface.albedo * share.x + share.y) * gain, surface.metallic);
+    vec3 base = surface.albedo * ((1.0 - surface.metallic) * (1.0 - coat));
 #else
     const float f0 = 0.04;
     const float compensation = 1.0;
-    vec3 base = surface.albedo;
+    float mirrored = coat;
+    vec3 base = surface.albedo * (1.0 - coat);
 #endif
-    REFLECTANCE mirrored = (f0 * share.x + share.y) * compensation;
 
     // Direct light: D and V of GGX (Walter et al. 2007; Smith term as approximated by Hammon 2017), with the half
     // vector h = (v + l) / |v + l| written out: |v + l|^2 = 2 + 2 v.l and l.h = |v + l| / 2.
@@ -58,6 +61,6 @@ vec3 shaded(Surface surface, vec3 v, float sunlit, float open) {
 
     float r_z = 2.0 * n_dot_v * n.z - v.z;
     vec3 sun = frame.sun.rgb * (n_l * sunlit);
-    vec3 from_base = base * (sun + ambient_irradiance(n.z) * open) * (1.0 - mirrored);
+    vec3 from_base = base * (sun + ambient_irradiance(n.z) * open);
     return from_base + sun * (fresnel * highlight) + mirrored_radiance(r_z, roughness) * (mirrored * open);
 }

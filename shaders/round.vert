@@ -12,9 +12,10 @@ layout(location = 6) in vec3 color;
 layout(location = 7) in vec3 pattern_color;
 layout(location = 8) in uint first_id;
 
-// Filled share of space (OcclusionVolume): cells and 4 x 4 x 4 of them; all from one corner.
-uniform sampler3D occlusion_fine;
-uniform sampler3D occlusion_coarse;
+// Filled share of space (OcclusionVolume): cells, cells of twice and of four times the side; all from one corner.
+uniform sampler3D occlusion_0;
+uniform sampler3D occlusion_1;
+uniform sampler3D occlusion_2;
 uniform vec4 occlusion_corner;   // [m]; w: side of a cell [m]
 
 out vec3 world_position;
@@ -25,15 +26,25 @@ flat out vec4 color_roughness;
 flat out vec4 pattern_metallic;
 flat out uint id;
 
-float filled(sampler3D volume, vec3 cells) { return texture(volume, cells / vec3(textureSize(volume, 0))).r; }
+float filled(sampler3D volume, vec3 cells) {
+    return max(0.0, texture(volume, cells / vec3(textureSize(volume, 0))).r - 0.03) / 0.97;
+}
+
+float open_along(vec3 p, vec3 direction) {
+    return (1.0 - 0.60 * filled(occlusion_0, p + direction * 1.8)) *
+           (1.0 - 0.50 * filled(occlusion_1, (p + direction * 3.6) * 0.5));
+}
 
 // The same samples as OcclusionVolume::open_share.
 float open_share(vec3 position, vec3 normal) {
     vec3 p = (position - occlusion_corner.xyz) / occlusion_corner.w;
-    float near = 1.0 - 0.45 * max(0.0, filled(occlusion_fine, p + normal * 0.8) - 0.1) / 0.9;
-    float middle = 1.0 - 0.35 * filled(occlusion_fine, p + normal * 2.0);
-    float far = 1.0 - 0.45 * filled(occlusion_coarse, (p + normal * 5.0) * 0.25);
-    return near * middle * far;
+    vec3 side = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
+    vec3 t = normalize(cross(side, normal));
+    vec3 s = cross(normal, t);
+    const float lean = 0.70710678;
+    float leaning = open_along(p, (normal + t) * lean) + open_along(p, (normal - t) * lean) +
+                    open_along(p, (normal + s) * lean) + open_along(p, (normal - s) * lean);
+    return 0.25 * leaning * (1.0 - 0.40 * filled(occlusion_2, (p + normal * 6.0) * 0.25));
 }
 
 void main() {

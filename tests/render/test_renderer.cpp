@@ -5,13 +5,28 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
 
 namespace {
 
 std::array<int, 3> pixel(const render::Image& image, int x, int y) {
     const std::uint8_t* rgb = image.rgb.data() + (static_cast<std::size_t>(y) * image.width + x) * 3;
     return {rgb[0], rgb[1], rgb[2]};
+}
+
+/// Largest difference of one channel between two pixels.
+int difference(const std::array<int, 3>& a, const std::array<int, 3>& b) {
+    return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
+}
+
+render::Image drawn(const sim::SceneDef& scene, int width, int height) {
+    render::Renderer renderer(scene, width, height);
+    return renderer.draw(sample::start(scene));
 }
 
 /// A red cube of 2 m in the picture's middle, seen along +y from (0, -10, 0); no floor.
@@ -26,29 +41,76 @@ bool is_red(const std::array<int, 3>& rgb) {
     return rgb[0] > 2 * rgb[1] && rgb[0] > 2 * rgb[2];
 }
 
+/// Mean over blocks of n x n pixels.
+render::Image averaged(const render::Image& large, int n) {
+    render::Image small(large.width / n, large.height / n);
+    for (int y = 0; y < small.height; ++y) {
+        for (int x = 0; x < small.width; ++x) {
+            std::array<int, 3> sum{};
+            for (int k = 0; k < n * n; ++k) {
+                const std::array<int, 3> rgb = pixel(large, x * n + k % n, y * n + k / n);
+                for (std::size_t c = 0; c < 3; ++c) {
+                    sum[c] += rgb[c];
+                }
+            }
+            std::uint8_t* to = small.rgb.data() + (static_cast<std::size_t>(y) * small.width + x) * 3;
+            for (std::size_t c = 0; c < 3; ++c) {
+                to[c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+            }
+        }
+    }
+    return small;
+}
+
+/// Peak signal-to-noise ratio [dB].
+double psnr(const render::Image& a, const render::Image& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.rgb.size(); ++i) {
+        const double d = static_cast<double>(a.rgb[i]) - static_cast<double>(b.rgb[i]);
+        sum += d * d;
+    }
+    return 10.0 * std::log10(255.0 * 255.0 * static_cast<double>(a.rgb.size()) / std::max(sum, 1e-9));
+}
+
+/// Output of this test program run again with the environment `settings`, drawing one picture.
+std::string picture_hash_with(const std::string& settings) {
+    const std::string command =
+        settings + " " + testing::internal::GetArgvs().front() +
+        " --gtest_also_run_disabled_tests --gtest_filter=renderer.DISABLED_prints_hash";
+    const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+    std::array<char, 256> line{};
+    while (std::fgets(line.data(), line.size(), pipe.get()) != nullptr) {
+        if (std::string(line.data()).starts_with("hash ")) {
+            return line.data();
+        }
+    }
+    return "no picture with " + settings;
+}
+
 } // namespace
 
 TEST(renderer, cube_covers_the_pixels_that_perspective_says) {
-    const sim::SceneDef scene = red_cube();
-    render::Renderer renderer(scene, 160, 120);
-    const render::Image image = renderer.draw(sample::start(scene));
+    const render::Image image = drawn(red_cube(), 160, 120);
     ASSERT_EQ(image.width, 160);
     ASSERT_EQ(image.height, 120);
-    // The near face lies 9 m away: half its side is 60 px * (1 / 9) / tan(20 degrees) = 18.3 px.
-    EXPECT_TRUE(is_red(pixel(image, 80, 60)));
-    EXPECT_TRUE(is_red(pixel(image, 80 - 17, 60 + 17)));
-    EXPECT_TRUE(is_red(pixel(image, 80 + 17, 60 - 17)));
-    EXPECT_FALSE(is_red(pixel(image, 80 - 20, 60)));
-    EXPECT_FALSE(is_red(pixel(image, 80 + 20, 60)));
-    EXPECT_FALSE(is_red(pixel(image, 80, 60 - 20)));
-    EXPECT_FALSE(is_red(pixel(image, 80, 60 + 20)));
+    // The near face lies 9 m away: half its side is 60 px * (1 / 9) / tan(20 degrees) = 18.32 px, its edges
+    // lie at 61.68 and 98.32 across, 41.68 and 78.32 down.
+    const std::array<int, 3> red = pixel(image, 80, 60);
+    const std::array<int, 3> sky = pixel(image, 10, 60);
+    EXPECT_TRUE(is_red(red));
+    EXPECT_LE(difference(pixel(image, 62, 42), red), 2);
+    EXPECT_LE(difference(pixel(image, 97, 77), red), 2);
+    EXPECT_EQ(pixel(image, 60, 60), sky);
+    EXPECT_EQ(pixel(image, 99, 60), sky);
+    // The pixel from 61 to 62 is covered by 0.32: between two and three of eight samples.
+    const double share = static_cast<double>(pixel(image, 61, 60)[1] - sky[1]) / (red[1] - sky[1]);
+    EXPECT_NEAR(share, 0.32, 0.5 / 8 + 0.01);
 }
 
 TEST(renderer, top_row_shows_what_is_above) {
     sim::SceneDef scene = red_cube();
     scene.bodies[0].pose.position.z() = 2.5;
-    render::Renderer renderer(scene, 160, 120);
-    const render::Image image = renderer.draw(sample::start(scene));
+    const render::Image image = drawn(scene, 160, 120);
     EXPECT_TRUE(is_red(pixel(image, 80, 15)));
     EXPECT_FALSE(is_red(pixel(image, 80, 105)));
 }
@@ -64,14 +126,167 @@ TEST(renderer, same_snapshot_gives_same_bytes_in_any_order) {
     EXPECT_EQ(first.rgb, renderer.draw(sample::start(scene)).rgb);
 }
 
+TEST(renderer, DISABLED_prints_hash) {
+    std::uint64_t hash = 0xcbf29ce484222325ull;
+    for (const sim::SceneDef& scene : {sample::funnel(5, true), sample::tippe_top(), sample::office_toy()}) {
+        for (const std::uint8_t byte : drawn(scene, 320, 180).rgb) {
+            hash = (hash ^ byte) * 0x100000001b3ull;
+        }
+    }
+    std::printf("hash %016llx\n", static_cast<unsigned long long>(hash));
+}
+
+TEST(renderer, threads_and_vector_width_do_not_change_a_byte) {
+    const std::string expected = picture_hash_with("LP_NUM_THREADS=0");
+    EXPECT_TRUE(expected.starts_with("hash ")) << expected;
+    // Mesa's cache of compiled shaders does not tell vector widths apart.
+    for (const char* settings : {"LP_NUM_THREADS=1", "LP_NUM_THREADS=2",
+                                 "MESA_SHADER_CACHE_DISABLE=true LP_NATIVE_VECTOR_WIDTH=128"}) {
+        EXPECT_EQ(picture_hash_with(settings), expected) << settings;
+    }
+}
+
+// Where light is the same from everywhere, a lone white body sends back what it receives and cannot be seen.
+TEST(renderer, white_furnace) {
+    for (const double metallic : {0.0, 0.5, 1.0}) {
+        for (const double roughness : {0.05, 0.3, 0.7, 1.0}) {
+            for (const sim::Shape& shape :
+                 {sim::Shape(sim::Sphere{1}), sim::Shape(sim::Box{{0.8, 0.7, 0.6}})}) {
+                sim::SceneDef scene;
+                scene.light.sun_intensity = 0.0;
+                scene.light.sky_zenith = scene.light.sky_horizon = sim::Vec3(0.6, 0.6, 0.6);
+                scene.bodies.push_back(
+                    sample::body(shape, {{0, 0, 0}, sample::turn(0.7, {1, 2, 3})}, {1, 1, 1}));
+                scene.bodies[0].look.metallic = metallic;
+                scene.bodies[0].look.roughness = roughness;
+                sample::set_camera(scene, {0, -5, 1}, {0, 0, 0}, 40);
+                const render::Image image = drawn(scene, 96, 54);
+                const std::array<int, 3> sky = pixel(image, 2, 2);
+                int worst = 0;
+                for (int i = 0; i < image.width * image.height; ++i) {
+                    worst = std::max(worst, difference(pixel(image, i % image.width, i / image.width), sky));
+                }
+                EXPECT_LE(worst, 1) << "metallic " << metallic << " roughness " << roughness;
+            }
+        }
+    }
+}
+
+// A cube of 1 m on the floor, the sun at 45 degrees in the x-z plane: the shadow ends at x = 1.5, y = -0.5 ..
+// 0.5.
+TEST(renderer, shadow_edge_lies_where_geometry_says) {
+    sim::SceneDef scene;
+    sample::add_floor(scene);
+    scene.bodies.back().look.pattern_color = scene.bodies.back().look.color;
+    scene.bodies.push_back(sample::body(sim::Box{}, {{0, 0, 0.5}, sim::Quat::Identity()}, {0.5, 0.5, 0.5}));
+    scene.light.to_sun = sim::Vec3(-1, 0, 1).normalized();
+    // From straight above, 10 m high: 1 m is 180 px * (1 / 10) / tan(20 degrees) = 49.45 px.
+    sample::set_camera(scene, {0, 0, 10}, {0, 0, 0}, 40);
+    const render::Image image = drawn(scene, 640, 360);
+    const double px = 180.0 / 10.0 / std::tan(20.0 * std::numbers::pi / 180.0);
+    const auto green = [&](double x, double y) {
+        return pixel(image, static_cast<int>(320 + x * px), static_cast<int>(180 - y * px))[1];
+    };
+    const int lit = green(2.5, 0.0);
+    const int dark = green(1.2, 0.0);
+    EXPECT_LT(dark + 30, lit);
+    EXPECT_EQ(green(-1.5, 0.0), lit);
+    // The half shadow is four texels of 0.9 thousandths of the view distance wide: 36 mm, on the slanting
+    // floor 51 mm. So 26 mm and half a pixel of 20 mm on both sides of the edge.
+    EXPECT_EQ(green(1.5 + 0.04, 0.0), lit);
+    EXPECT_NEAR(green(1.5 - 0.04, 0.0), dark, 3);
+    EXPECT_NEAR(green(1.25, 0.5 - 0.04), dark, 3);
+    EXPECT_EQ(green(1.25, 0.5 + 0.04), lit);
+    // No gap between the cube and its shadow.
+    EXPECT_LT(green(0.62, 0.0), dark + 5);
+}
+
+TEST(renderer, ground_is_darker_where_a_body_rests) {
+    sim::SceneDef scene;
+    sample::add_floor(scene);
+    scene.light.sun_intensity = 0.0;
+    scene.bodies.back().look.pattern_color = scene.bodies.back().look.color;
+    scene.bodies.push_back(sample::body(sim::Box{}, {{0, 0, 0.5}, sim::Quat::Identity()}, {0.5, 0.5, 0.5}));
+    sample::set_camera(scene, {0, 0, 10}, {0, 0, 0}, 40);
+    const render::Image image = drawn(scene, 640, 360);
+    const int far = pixel(image, 320 + 120, 180)[1];
+    const int near = pixel(image, 320 + 31, 180)[1];
+    EXPECT_LT(near + 10, far);
+}
+
 TEST(renderer, empty_scene_is_all_sky) {
     sim::SceneDef scene;
     sample::set_camera(scene, {0, -10, 0}, {0, 0, 0}, 40);
-    render::Renderer renderer(scene, 32, 18);
-    const render::Image image = renderer.draw(sample::start(scene));
+    const render::Image image = drawn(scene, 32, 18);
     EXPECT_GT(pixel(image, 16, 2)[2], 50);
     // Below the horizon the sky keeps its horizon's colour.
     EXPECT_EQ(pixel(image, 16, 12), pixel(image, 3, 17));
+}
+
+TEST(renderer, camera_inside_a_body_sees_out_of_it) {
+    sim::SceneDef scene = red_cube();
+    sample::set_camera(scene, {0, 0, 0}, {0, 5, 0}, 40);
+    EXPECT_FALSE(is_red(pixel(drawn(scene, 64, 36), 32, 18)));
+    scene.bodies[0].shape = sim::Sphere{1};
+    EXPECT_FALSE(is_red(pixel(drawn(scene, 64, 36), 32, 18)));
+}
+
+TEST(renderer, views_straight_down_and_along_the_floor_are_whole) {
+    sim::SceneDef scene;
+    sample::add_floor(scene);
+    scene.bodies.push_back(sample::body(sim::Box{}, {{0, 0, 0.5}, sim::Quat::Identity()}, {0.8, 0.05, 0.05}));
+    sample::set_camera(scene, {0, 0, 8}, {0, 0, 0}, 40);
+    EXPECT_TRUE(is_red(pixel(drawn(scene, 64, 36), 32, 18)));
+    // The eye 1 mm above the floor: the lower half is floor, the upper half cube and sky.
+    sample::set_camera(scene, {0, -8, 0.001}, {0, 0, 0.001}, 40);
+    const render::Image image = drawn(scene, 64, 36);
+    EXPECT_TRUE(is_red(pixel(image, 32, 16)));
+    EXPECT_FALSE(is_red(pixel(image, 32, 20)));
+}
+
+TEST(renderer, body_far_larger_than_the_view_keeps_the_shadows_of_small_ones) {
+    sim::SceneDef scene;
+    // A block of 2 km whose top is the ground.
+    scene.bodies.push_back(
+        sample::body(sim::Box{{1000, 1000, 1000}}, {{0, 0, -1000}, sim::Quat::Identity()}, {0.5, 0.5, 0.5}));
+    scene.bodies.push_back(sample::body(sim::Box{}, {{0, 0, 0.5}, sim::Quat::Identity()}, {0.5, 0.5, 0.5}));
+    scene.light.to_sun = sim::Vec3(-1, 0, 1).normalized();
+    sample::set_camera(scene, {0, 0, 10}, {0, 0, 0}, 40);
+    const render::Image image = drawn(scene, 320, 180);
+    EXPECT_LT(pixel(image, 160 + 30, 90)[1] + 30, pixel(image, 160 - 30, 90)[1]);
+}
+
+TEST(renderer, poses_that_are_no_numbers_are_left_out) {
+    sim::SceneDef scene = red_cube();
+    sim::Snapshot snapshot = sample::start(scene);
+    render::Renderer renderer(scene, 64, 36);
+    snapshot.bodies[0].position.x() = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_FALSE(is_red(pixel(renderer.draw(snapshot), 32, 18)));
+}
+
+TEST(renderer, draws_100000_bodies) {
+    sim::SceneDef scene;
+    sample::add_floor(scene);
+    for (int i = 0; i < 100000; ++i) {
+        const sim::Vec3 at(i % 50, (i / 50) % 50, i / 2500);
+        scene.bodies.push_back(
+            i % 2 == 0
+                ? sample::body(sim::Box{{0.3, 0.3, 0.3}}, {at, sim::Quat::Identity()}, {0.8, 0.05, 0.05})
+                : sample::body(sim::Sphere{0.3}, {at, sim::Quat::Identity()}, {0.8, 0.05, 0.05}));
+    }
+    sample::set_camera(scene, {-40, -60, 60}, {25, 25, 15}, 40);
+    EXPECT_TRUE(is_red(pixel(drawn(scene, 160, 90), 80, 45)));
+}
+
+// The reference has 16 samples a pixel: the same frame drawn four times as large, blocks averaged.
+TEST(renderer, edges_are_within_45_db_of_16_samples) {
+    const std::array<sim::SceneDef, 3> scenes{sample::funnel(6), sample::incline(), sample::office_toy()};
+    for (const sim::SceneDef& scene : scenes) {
+        const double db = psnr(drawn(scene, 960, 540), averaged(drawn(scene, 3840, 2160), 4));
+        RecordProperty("edges_db_" + scene.name, std::to_string(db));
+        std::printf("%s: %.1f dB\n", scene.name.c_str(), db);
+        EXPECT_GE(db, 45.0) << scene.name;
+    }
 }
 
 TEST(renderer, unknown_camera_is_a_usage_error_that_names_the_known_ones) {
