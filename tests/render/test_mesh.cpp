@@ -1,0 +1,81 @@
+#include "render/mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace {
+
+/// Volume enclosed by a mesh whose triangles turn outwards (divergence theorem).
+double volume(const render::Mesh& mesh) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+        const glm::dvec3 a(mesh.vertices[mesh.indices[i]].position);
+        const glm::dvec3 b(mesh.vertices[mesh.indices[i + 1]].position);
+        const glm::dvec3 c(mesh.vertices[mesh.indices[i + 2]].position);
+        sum += glm::dot(a, glm::cross(b, c)) / 6.0;
+    }
+    return sum;
+}
+
+/// Sum of the triangles' area vectors: zero for a closed surface.
+glm::dvec3 open_area(const render::Mesh& mesh) {
+    glm::dvec3 sum(0.0);
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+        const glm::dvec3 a(mesh.vertices[mesh.indices[i]].position);
+        const glm::dvec3 b(mesh.vertices[mesh.indices[i + 1]].position);
+        const glm::dvec3 c(mesh.vertices[mesh.indices[i + 2]].position);
+        sum += 0.5 * glm::cross(b - a, c - a);
+    }
+    return sum;
+}
+
+/// Area of a regular polygon of n corners on the unit circle.
+double polygon_area(int n) {
+    return 0.5 * n * std::sin(2.0 * std::numbers::pi / n);
+}
+
+} // namespace
+
+TEST(mesh, sphere_is_closed_and_almost_as_large_as_it_should_be) {
+    const render::Mesh mesh = render::make_sphere_mesh(32);
+    EXPECT_LT(glm::length(open_area(mesh)), 1e-5);
+    // An inscribed polyhedron: smaller by about (pi / 64)^2.
+    const double exact = 4.0 / 3.0 * std::numbers::pi;
+    EXPECT_LT(volume(mesh), exact);
+    EXPECT_GT(volume(mesh), exact * (1.0 - 3.0 * std::pow(std::numbers::pi / 64.0, 2)));
+    for (const render::Vertex& vertex : mesh.vertices) {
+        EXPECT_NEAR(glm::length(vertex.position), 1.0f, 1e-6f);
+        EXPECT_NEAR(glm::dot(vertex.position, vertex.normal), 1.0f, 1e-6f);
+    }
+}
+
+TEST(mesh, lathe_closes_open_ends) {
+    // A frustum from radius 2 at z = 0 to radius 1 at z = 3, given without its ends.
+    const std::array<glm::vec2, 2> profile{glm::vec2(2, 0), glm::vec2(1, 3)};
+    const render::Mesh mesh = render::make_lathe_mesh(profile, 24);
+    EXPECT_LT(glm::length(open_area(mesh)), 1e-5);
+    EXPECT_NEAR(volume(mesh), polygon_area(24) * 3.0 / 3.0 * (4.0 + 2.0 + 1.0), 1e-4);
+}
+
+TEST(mesh, lathe_edges_sharper_than_35_degrees_stay_edges) {
+    const std::array<glm::vec2, 2> rod{glm::vec2(1, -1), glm::vec2(1, 1)};
+    const std::vector<render::LatheBand> bands = render::make_lathe_bands(rod);
+    ASSERT_EQ(bands.size(), 3u);
+    EXPECT_EQ(bands[0].group, 0u);
+    EXPECT_EQ(bands[1].group, 1u);
+    EXPECT_EQ(bands[2].group, 2u);
+    for (const render::Vertex& vertex : render::make_lathe_mesh(rod, 16).vertices) {
+        const bool is_cap = vertex.group != 1;
+        EXPECT_NEAR(std::abs(vertex.normal.z), is_cap ? 1.0f : 0.0f, 1e-6f);
+    }
+    // A ball from 20 points is one smooth surface.
+    std::vector<glm::vec2> ball;
+    for (int i = 0; i <= 20; ++i) {
+        const double angle = std::numbers::pi * i / 20;
+        ball.emplace_back(std::sin(angle) < 1e-9 ? 0.0 : std::sin(angle), -std::cos(angle));
+    }
+    EXPECT_EQ(render::make_lathe_bands(ball).back().group, 0u);
+}
