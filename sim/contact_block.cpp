@@ -7,10 +7,8 @@
 namespace sim {
 namespace {
 
-/// Rounds of normal and friction solves within one visit of a block, and projections within one friction
-/// solve: more gain little, the loop over the blocks goes on anyway.
-constexpr int visit_rounds = 4;
-constexpr int projection_rounds = 8;
+/// Projections within one friction solve: more gain little, the loop over the blocks goes on anyway.
+constexpr int projection_rounds = 4;
 
 /// Rounds of the point-by-point loop where the active-set search of a block fails.
 constexpr int fallback_rounds = 100;
@@ -493,16 +491,9 @@ double solve_block(ContactBlock& block, std::span<ContactPoint> points, const Bo
     const Mat6& w = held ? held_response : block.response;
     Vec6 twist = relative_twist(block, velocity);
     Vec6 wrench = Vec6::Zero();
-    double largest = 0.0;
-    for (int round = 0; round < visit_rounds; ++round) {
-        double change = solve_normals(points, w, twist, wrench);
-        if (block.has_friction()) {
-            change = std::max(change, solve_friction(block, points, w, twist, wrench));
-        }
-        largest = std::max(largest, change);
-        if (!block.has_friction() || change <= 1e-3 * largest || change == 0.0) {
-            break;
-        }
+    double largest = solve_normals(points, w, twist, wrench);
+    if (block.has_friction()) {
+        largest = std::max(largest, solve_friction(block, points, w, twist, wrench));
     }
     if (!wrench.isZero(0.0)) {
         const auto a = static_cast<std::size_t>(block.a);
