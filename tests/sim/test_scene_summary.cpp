@@ -18,7 +18,7 @@ TEST(scene_summary, tells_what_the_funnel_contains) {
   frames      144 of 1280 x 720 at 24000/1001 a second
   trajectory  one record a frame
   gravity     0 0 -9.81 m/s^2
-  tolerances  0.0001 m contact, 1e-10 m joint, 1e-07 m/s impact, at most 2000 sweeps
+  tolerances  0.0001 m contact, 1e-10 m joint, 0.05 m/s impact, at most 200 sweeps
   model       restitution 0.48, friction 0.1, contacts placed ahead of impacts, warm start, no shock propagation
   cameras     'main' (3 keys)
   set         output.fps=24000/1001
