@@ -11,7 +11,11 @@ namespace {
 constexpr int projection_rounds = 4;
 
 /// Rounds of the point-by-point loop where the active-set search of a block fails.
-constexpr int fallback_rounds = 100;
+constexpr int fallback_rounds = 20;
+
+/// Targets that a rigid motion misses by more than this share [-] of the velocities asked for are
+/// inconsistent.
+constexpr double inconsistent = 1e-6;
 
 /// Velocities this share [-] of their terms below the target are at it.
 constexpr double rounding = 1e-13;
@@ -216,6 +220,21 @@ bool search_active_set(Points points, const Mat3& w, const Values& excess, unsig
     return false;
 }
 
+/// Do all loaded points reach their targets? Points of faces that are not quite parallel can ask for more
+/// than a rigid motion can give; then only some of them carry, and the least-squares answer is none.
+bool is_consistent(Points points, const Mat3& w, const Values& excess, const Values& impulse) {
+    const Vec3 change = w * normal_wrench(points, impulse);
+    double scale = 0.0;
+    double worst = 0.0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        scale = std::max(scale, std::abs(excess[i]));
+        if (impulse[i] > 0.0) {
+            worst = std::max(worst, std::abs(excess[i] + normal_row(points[i]).dot(change)));
+        }
+    }
+    return worst <= inconsistent * scale;
+}
+
 /// The same by projected sweeps over the points (eq. 1-3 as they stand), which always converge.
 void iterate_normals(Points points, const Mat3& w, const Values& excess, Values& impulse) {
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -257,7 +276,8 @@ double solve_normals(Points points, const Mat6& w, Vec6& twist, Vec6& wrench) {
     if (active == 0) {
         return 0.0;
     }
-    if (!search_active_set(points, w_nn, excess, active, impulse)) {
+    if (!search_active_set(points, w_nn, excess, active, impulse) ||
+        !is_consistent(points, w_nn, excess, impulse)) {
         iterate_normals(points, w_nn, excess, impulse);
     }
     for (std::size_t i = 0; i < points.size(); ++i) {

@@ -179,6 +179,7 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         const double approach = std::max(-resting.u_n_before, 0.0);
         resting.approach_speed = std::max(std::sqrt(std::max(approach * approach + 2.0 * fall * at.gap, 0.0)),
                                           memory.approach_speed);
+        resting.would_close = resting.is_ahead && at.gap + h_ * (resting.u_n_before - 0.5 * h_ * fall) <= 0.0;
         if (at.gap <= band) {
             const double after_step = std::max((1.0 - gap_relaxation) * at.gap, -band);
             resting.gap_target = at.gap + step_share_ * (after_step - at.gap);
@@ -386,7 +387,7 @@ void ContactSolver::remember(std::vector<PairContacts>& pairs, std::span<JointMe
             memory.last_interval = loaded && !contact.is_ahead ? h_ : 0.0;
             memory.approach_speed = 0.0;
             memory.energy_taken = 0.0;
-            if (contact.is_ahead && contact.gap <= settings_.tolerance) {
+            if (contact.would_close && contact.gap <= settings_.tolerance) {
                 // An impact: no force that the next step could start from, but a speed and the work to give
                 // back.
                 memory.approach_speed = contact.approach_speed;

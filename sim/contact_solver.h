@@ -50,6 +50,7 @@ struct RestingContact {
     Vec3 point_a = Vec3::Zero(); ///< material points whose distance is d: body frames [m]
     Vec3 point_b = Vec3::Zero();
     bool is_ahead = false;       ///< placed before its impact
+    bool would_close = false;    ///< it is an impact: without impulses its gap would close in this interval
     double approach_speed = 0.0; ///< [m/s] it would touch with, without impulses
     double u_n_before = 0.0;     ///< [m/s] normal velocity before any impulse
     double gap = 0.0;            ///< [m] at the predicted poses

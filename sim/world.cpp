@@ -19,6 +19,9 @@ namespace {
 /// Times the step may be divided by two when its contacts do not converge: down to h / 2^6.
 constexpr int division_limit = 6;
 
+/// A body in contact turns by at most this angle [rad] in one interval; the step is divided for it.
+constexpr double largest_turn = 0.5;
+
 /// Impacts at which one step may be stopped before the rest of it holds contacts ahead (a ball coming to rest
 /// bounces infinitely often).
 constexpr int stop_limit = 200;
@@ -100,6 +103,7 @@ struct World::Impl {
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);
     void restart(std::span<const char> touched);
+    double fastest_spin_in_contact() const;
     void plan(StepReport& report);
     void plan_until_impact(const Impact& impact, StepReport& report);
     bool plan_interval(StepReport& report);
@@ -355,11 +359,31 @@ void World::Impl::restart(std::span<const char> touched) {
     }
 }
 
+/// Largest |w| [rad/s] of a body near contact whose contact points move in the body as it turns: all but
+/// balls.
+double World::Impl::fastest_spin_in_contact() const {
+    double fastest = 0.0;
+    for (const PairContacts& pair : pairs) {
+        for (const int body : {pair.manifold.body_a, pair.manifold.body_b}) {
+            const auto i = static_cast<std::size_t>(body);
+            if (!std::holds_alternative<Sphere>(bodies.props[i].shape)) {
+                fastest = std::max(fastest, bodies.velocity[i].w.norm());
+            }
+        }
+    }
+    return fastest;
+}
+
 /// Finds the impulses of the next interval: the rest of the step, or all of the next one; shorter if an
 /// impact stops it or if its contacts do not converge.
 void World::Impl::plan(StepReport& report) {
     const StageClock clock(report, Stage::contacts);
     interval = progress < 1.0 ? interval_left() : h;
+    const double spin = fastest_spin_in_contact();
+    while (spin * interval > largest_turn) {
+        interval *= 0.5;
+        ++report.divisions;
+    }
     for (int division = 0;; ++division) {
         const bool good = plan_interval(report);
         if (settings.impacts == ImpactHandling::stop && stops < stop_limit) {
