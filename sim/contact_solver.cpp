@@ -98,7 +98,7 @@ void match_memory(const std::vector<ContactMemory>& old, PairContacts& pair, dou
     }
 }
 
-void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs,
+void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                             std::span<const Joint> joints, std::span<const JointMemory> joint_memory,
                             const StepSettings& settings, double h) {
     settings_ = settings;
@@ -115,15 +115,14 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     }
     joints_.prepare(bodies, joints);
     for (int pair = 0; pair < static_cast<int>(pairs.size()); ++pair) {
-        add_contacts(bodies, pairs, pair, 0);
+        add_contacts(bodies, pairs, pair);
     }
 }
 
-void ContactSolver::add_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair,
-                                 std::size_t first) {
-    PairContacts& p = pairs[static_cast<std::size_t>(pair)];
+void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair) {
+    const PairContacts& p = pairs[static_cast<std::size_t>(pair)];
     geometry_.clear();
-    for (std::size_t i = first; i < p.manifold.contacts.size(); ++i) {
+    for (std::size_t i = 0; i < p.manifold.contacts.size(); ++i) {
         const Contact& contact = p.manifold.contacts[i];
         if (stop_at_impacts_ && is_impact(bodies, p.manifold, contact, settings_)) {
             continue;

@@ -69,11 +69,11 @@ class ContactSolver {
 public:
     /// Blocks for all contacts of `pairs` at the poses of `bodies`, warm-started. `bodies.velocity` are those
     /// at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.
-    void prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+    void prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                  std::span<const JointMemory> joint_memory, const StepSettings& settings, double h);
 
-    /// Adds the contacts of pair `pair` from index `first` on (found by the check after the move).
-    void add_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, std::size_t first);
+    /// Adds the contacts of pair `pair`.
+    void add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair);
 
     /// Takes the contacts of pair `pair` and their impulses out of the solve: other features face each other.
     void drop_contacts(const Bodies& bodies, int pair);

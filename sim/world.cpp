@@ -1,16 +1,12 @@
 #include "sim/world.h"
 
-#include "sim/broad_phase.h"
-#include "sim/collision_solver.h"
 #include "sim/error.h"
 #include "sim/integrate.h"
-#include "sim/narrow_phase.h"
-#include "sim/time_of_impact.h"
+#include "sim/world_impl.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace sim {
@@ -33,116 +29,8 @@ constexpr double shortest_interval = 1e-9;
 /// Corrections of the time of an impact: each gains several digits.
 constexpr int impact_corrections = 6;
 
-/// Rounds of check and repair after the move before the step is divided. In the first ones the contacts found
-/// after the move replace those of the pair; later they are added, lest two sets take turns.
+/// Rounds of check and repair after the move before the step is divided.
 constexpr int repair_limit = 8;
-constexpr int replace_rounds = 8;
-
-/// A body that moves beyond what its pairs were searched for is searched again with this much [-] to spare.
-constexpr double reach_growth = 1.5;
-
-/// Pairs are looked at again in a later round of repair where a body moved by more than this share [-] of the
-/// tolerance.
-constexpr double recheck_share = 0.02;
-
-/// Contacts are looked for this many tolerances beyond what the bodies can approach in the step.
-constexpr double margin_tolerances = 2.0;
-
-/// A contact whose features changed is taken for the one that was within this share [-] of the body's size.
-constexpr double match_reach = 1e-2;
-
-/// Adds the wall time since its construction to one stage.
-class StageClock {
-public:
-    StageClock(StepReport& report, Stage stage) : ms_(report.stage_ms[static_cast<std::size_t>(stage)]) {}
-    ~StageClock() {
-        ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
-    }
-    StageClock(const StageClock&) = delete;
-    StageClock& operator=(const StageClock&) = delete;
-
-private:
-    double& ms_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-/// How far a point of the body moves between two poses, at most [m].
-double moved_by(const BodyProps& props, const Pose& from, const Pose& to) {
-    if (props.is_static()) {
-        return 0.0;
-    }
-    const double turn = 2.0 * (to.orientation * from.orientation.conjugate()).vec().norm();
-    return (to.position - from.position).norm() + turn * props.bounding_radius;
-}
-
-/// A contact found at the planned poses, as it is at t0: the same material points and the same normal. The
-/// impulse acts at t0, but along the normal that the bodies will have where they meet.
-ContactGeometry moved_back(const ContactGeometry& at, const Pose& planned_a, const Pose& planned_b,
-                           const Pose& a, const Pose& b) {
-    ContactGeometry before;
-    before.n = at.n;
-    before.a = a * (planned_a.orientation.conjugate() * (at.a - planned_a.position));
-    before.b = b * (planned_b.orientation.conjugate() * (at.b - planned_b.position));
-    before.gap = at.n.dot(before.a - before.b);
-    return before;
-}
-
-} // namespace
-
-/// The state at one instant, and the impulses already found that carry it over the next interval.
-///
-/// An instant holds the velocity before its resting impulses, `bodies.velocity`, and after them,
-/// solver.velocity(). The velocity *at* the instant lies between them (Verlet): that is what a snapshot
-/// reports, so positions and velocities are both second order without another solve.
-struct World::Impl {
-    explicit Impl(const SceneDef& scene);
-
-    StepReport step();
-    void move(StepReport& report);
-    void find_candidates();
-    void find_contacts(StepReport& report);
-    void resolve_collisions(StepReport& report);
-    void restart(std::span<const char> touched);
-    double fastest_spin_in_contact() const;
-    void plan(StepReport& report);
-    void plan_until_impact(const Impact& impact, StepReport& report);
-    bool plan_interval(StepReport& report);
-    bool repair(bool replace);
-    double interval_left() const { return h * (1.0 - progress); }
-    double margin_of(int a, int b) const;
-    double reach_of(const BodyPair& pair) const;
-    std::size_t pair_index(const BodyPair& pair) const;
-    Snapshot take_snapshot() const;
-
-    std::vector<std::string> names;
-    std::size_t reported_count = 0; ///< bodies of the scene; the world itself comes after them
-    StepSettings settings;
-    double h = 0.0;
-    std::int64_t step_index = 0;
-    double progress = 0.0;                ///< [-] 0..1, of the step under way
-    double interval = 0.0;                ///< [s] planned next
-    std::vector<Pose> checked_pose;       ///< planned poses when a body's pairs were last looked at
-    bool check_all = true;                ///< they have not been looked at in this plan
-    std::vector<double> pair_penetration; ///< [candidates] then [m]
-    double verified_penetration = 0.0;    ///< [m] at the planned poses
-    int stops = 0;                        ///< in the step under way
-
-    Bodies bodies;
-    std::vector<Joint> joints;
-    std::vector<BodyPair> jointed; ///< ascending: pairs that do not collide
-    std::vector<JointMemory> joint_memory;
-    JointSolver joint_rows; ///< at the present poses, for what the last impulses owe
-    BroadPhase broad_phase;
-    std::vector<double> reach; ///< [m] that each body may move in the step
-    std::vector<Bounds> boxes;
-    std::vector<BodyPair> candidates;
-    std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
-    std::size_t sorted_pairs = 0;    ///< length of the ascending part
-    ContactSolver contact_solver;
-    CollisionSolver collision_solver;
-};
-
-namespace {
 
 std::vector<BodyProps> all_props(const SceneDef& scene) {
     std::vector<BodyProps> props;
@@ -155,13 +43,13 @@ std::vector<BodyProps> all_props(const SceneDef& scene) {
 
 } // namespace
 
-World::Impl::Impl(const SceneDef& scene)
+World::Impl::Impl(const SceneDef& scene, int threads)
     : reported_count(scene.bodies.size()), settings(scene.step),
       h(scene.step.time_step.value()), bodies{.props = all_props(scene),
                                               .pose = {},
                                               .velocity = {},
                                               .inverse_inertia = {}},
-      broad_phase(std::span(bodies.props).first(reported_count)) {
+      broad_phase(std::span(bodies.props).first(reported_count)), workers(threads) {
     for (const BodyDef& body : scene.bodies) {
         names.push_back(body.name);
         bodies.pose.push_back({body.pose.position, body.pose.orientation.normalized()});
@@ -227,88 +115,6 @@ void World::Impl::move(StepReport& report) {
     if (progress == 1.0) {
         ++step_index;
     }
-}
-
-/// How near two bodies may be and still touch within the step [m].
-double World::Impl::margin_of(int a, int b) const {
-    const auto ia = static_cast<std::size_t>(a);
-    const auto ib = static_cast<std::size_t>(b);
-    const auto turning = [&](std::size_t i) {
-        return bodies.props[i].is_static() ? 0.0
-                                           : bodies.velocity[i].w.norm() * bodies.props[i].bounding_radius;
-    };
-    const double approach =
-        (bodies.velocity[ia].v - bodies.velocity[ib].v).norm() + turning(ia) + turning(ib);
-    return h * (approach + h * settings.gravity.norm()) + margin_tolerances * settings.tolerance;
-}
-
-/// How far a contact may have moved on its bodies and still be the same one [m].
-double World::Impl::reach_of(const BodyPair& pair) const {
-    return match_reach * std::min(bodies.props[static_cast<std::size_t>(pair.a)].bounding_radius,
-                                  bodies.props[static_cast<std::size_t>(pair.b)].bounding_radius);
-}
-
-/// Index of a pair in `pairs`; pairs.size() if it has no contacts.
-std::size_t World::Impl::pair_index(const BodyPair& pair) const {
-    const auto key = [](const PairContacts& p) { return BodyPair{p.manifold.body_a, p.manifold.body_b}; };
-    const auto sorted_end = pairs.begin() + static_cast<std::ptrdiff_t>(sorted_pairs);
-    const auto place = std::ranges::lower_bound(pairs.begin(), sorted_end, pair, {}, key);
-    if (place != sorted_end && key(*place) == pair) {
-        return static_cast<std::size_t>(place - pairs.begin());
-    }
-    const auto added = std::ranges::find(sorted_end, pairs.end(), pair, key);
-    return static_cast<std::size_t>(added - pairs.begin());
-}
-
-/// Pairs of bodies that may touch while each moves by up to its `reach`.
-void World::Impl::find_candidates() {
-    boxes.resize(reported_count);
-    for (std::size_t i = 0; i < reported_count; ++i) {
-        boxes[i] = bounds(bodies.props[i].shape, bodies.pose[i]);
-        const Vec3 margin = Vec3::Constant(reach[i] + 0.5 * margin_tolerances * settings.tolerance);
-        boxes[i].lower -= margin;
-        boxes[i].upper += margin;
-    }
-    broad_phase.find_pairs(boxes, candidates);
-    std::erase_if(candidates,
-                  [&](const BodyPair& pair) { return std::ranges::binary_search(jointed, pair); });
-    check_all = true;
-}
-
-void World::Impl::find_contacts(StepReport& report) {
-    {
-        const StageClock clock(report, Stage::broad_phase);
-        reach.resize(reported_count);
-        for (std::size_t i = 0; i < reported_count; ++i) {
-            const Velocity& velocity = bodies.velocity[i];
-            const double speed = velocity.v.norm() + velocity.w.norm() * bodies.props[i].bounding_radius;
-            reach[i] = bodies.props[i].is_static() ? 0.0 : h * (speed + h * settings.gravity.norm());
-        }
-        find_candidates();
-    }
-    const StageClock clock(report, Stage::narrow_phase);
-    std::vector<PairContacts> found;
-    for (const BodyPair& candidate : candidates) {
-        const auto a = static_cast<std::size_t>(candidate.a);
-        const auto b = static_cast<std::size_t>(candidate.b);
-        PairContacts pair;
-        sim::find_contacts(bodies.props[a].shape, bodies.pose[a], bodies.props[b].shape, bodies.pose[b],
-                           margin_of(candidate.a, candidate.b), pair.manifold.contacts);
-        if (pair.manifold.contacts.empty()) {
-            continue;
-        }
-        pair.manifold.body_a = candidate.a;
-        pair.manifold.body_b = candidate.b;
-        pair.material = pair_material(bodies.props[a], bodies.props[b]);
-        const std::size_t old = pair_index(candidate);
-        match_memory(old < pairs.size() ? pairs[old].memory : std::vector<ContactMemory>{}, pair,
-                     reach_of(candidate));
-        found.push_back(std::move(pair));
-    }
-    pairs = std::move(found);
-    sorted_pairs = pairs.size();
-    report.pairs = static_cast<int>(candidates.size());
-    report.manifolds = static_cast<int>(pairs.size());
 }
 
 /// Collisions act on the velocities of the instant: those before the resting impulses plus what they lack. A
@@ -444,7 +250,7 @@ bool World::Impl::plan_interval(StepReport& report) {
         const ContactSolveReport result = contact_solver.solve(bodies, pairs, joints);
         report.contact_iterations += result.iterations;
         report.residual = result.residual;
-        good = repair(round < replace_rounds);
+        good = repair();
         if (!result.converged) {
             good = false;
             break;
@@ -452,93 +258,6 @@ bool World::Impl::plan_interval(StepReport& report) {
     }
     report.contacts = contact_solver.contact_count();
     report.joints = static_cast<int>(joints.size());
-    return good;
-}
-
-/// Looks at all pairs again at the planned poses, by their shapes and not by the contacts of the solve. A
-/// pair that would overlap by more than the tolerance gets the contacts found there. Returns true if there
-/// was none.
-bool World::Impl::repair(bool replace) {
-    const std::span<const Pose> planned = contact_solver.predicted();
-    verified_penetration = 0.0;
-    // An impulse may throw a body farther than its velocity before told.
-    bool farther = false;
-    for (std::size_t i = 0; i < reported_count; ++i) {
-        const double moved = moved_by(bodies.props[i], bodies.pose[i], planned[i]);
-        if (moved > reach[i]) {
-            reach[i] = reach_growth * moved;
-            farther = true;
-        }
-    }
-    if (farther) {
-        find_candidates();
-    }
-    pair_penetration.resize(candidates.size());
-    std::vector<char> moved(planned.size(), 1);
-    if (!check_all) {
-        for (std::size_t i = 0; i < reported_count; ++i) {
-            moved[i] =
-                moved_by(bodies.props[i], checked_pose[i], planned[i]) > recheck_share * settings.tolerance;
-        }
-    }
-    checked_pose.resize(planned.size());
-    for (std::size_t i = 0; i < planned.size(); ++i) {
-        if (moved[i] != 0) {
-            checked_pose[i] = planned[i];
-        }
-    }
-    check_all = false;
-    bool good = true;
-    std::vector<Contact> contacts;
-    std::vector<PairContacts> added;
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-        const BodyPair& candidate = candidates[k];
-        const auto a = static_cast<std::size_t>(candidate.a);
-        const auto b = static_cast<std::size_t>(candidate.b);
-        double& penetration = pair_penetration[k];
-        if (moved[a] != 0 || moved[b] != 0) {
-            penetration = -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
-        }
-        verified_penetration = std::max(verified_penetration, penetration);
-        if (penetration <= settings.tolerance) {
-            continue;
-        }
-        good = false;
-        const std::size_t index = pair_index(candidate);
-        const bool known = index < pairs.size();
-        sim::find_contacts(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b], 0.0,
-                           contacts);
-        for (Contact& contact : contacts) {
-            contact.at = moved_back(contact.at, planned[a], planned[b], bodies.pose[a], bodies.pose[b]);
-        }
-        if (!known) {
-            PairContacts fresh;
-            fresh.manifold = {candidate.a, candidate.b, contacts};
-            fresh.material = pair_material(bodies.props[a], bodies.props[b]);
-            match_memory({}, fresh, 0.0);
-            added.push_back(std::move(fresh));
-            continue;
-        }
-        PairContacts& pair = pairs[index];
-        std::size_t first = pair.manifold.contacts.size();
-        if (replace) {
-            contact_solver.drop_contacts(bodies, static_cast<int>(index));
-            const std::vector<ContactMemory> memory = std::move(pair.memory);
-            pair.manifold.contacts = contacts;
-            match_memory(memory, pair, reach_of(candidate));
-            first = 0;
-        } else {
-            for (const Contact& contact : contacts) {
-                pair.manifold.contacts.push_back(contact);
-                pair.memory.push_back({.id = contact.feature.id, .core_a = contact.feature.core_a});
-            }
-        }
-        contact_solver.add_contacts(bodies, pairs, static_cast<int>(index), first);
-    }
-    for (PairContacts& pair : added) {
-        pairs.push_back(std::move(pair));
-        contact_solver.add_contacts(bodies, pairs, static_cast<int>(pairs.size()) - 1, 0);
-    }
     return good;
 }
 
@@ -555,9 +274,7 @@ Snapshot World::Impl::take_snapshot() const {
     return snapshot;
 }
 
-World::World(const SceneDef& scene, int threads) : impl_(std::make_unique<Impl>(scene)) {
-    CHECK(threads >= 1);
-}
+World::World(const SceneDef& scene, int threads) : impl_(std::make_unique<Impl>(scene, threads)) {}
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;

@@ -1,0 +1,227 @@
+#include "sim/world_impl.h"
+
+#include "sim/narrow_phase.h"
+
+#include <algorithm>
+
+namespace sim {
+namespace {
+
+/// A body that moves beyond what its pairs were searched for is searched again with this much [-] to spare.
+constexpr double reach_growth = 1.5;
+
+/// Pairs are looked at again in a later round of repair where a body moved by more than this share [-] of the
+/// tolerance.
+constexpr double recheck_share = 0.02;
+
+/// Contacts are looked for this many tolerances beyond what the bodies can approach in the step.
+constexpr double margin_tolerances = 2.0;
+
+/// A contact whose features changed is taken for the one that was within this share [-] of the body's size.
+constexpr double match_reach = 1e-2;
+
+/// How far a point of the body moves between two poses, at most [m].
+double moved_by(const BodyProps& props, const Pose& from, const Pose& to) {
+    if (props.is_static()) {
+        return 0.0;
+    }
+    const double turn = 2.0 * (to.orientation * from.orientation.conjugate()).vec().norm();
+    return (to.position - from.position).norm() + turn * props.bounding_radius;
+}
+
+/// A contact found at the planned poses, as it is at t0: the same material points and the same normal. The
+/// impulse acts at t0, but along the normal that the bodies will have where they meet.
+ContactGeometry moved_back(const ContactGeometry& at, const Pose& planned_a, const Pose& planned_b,
+                           const Pose& a, const Pose& b) {
+    ContactGeometry before;
+    before.n = at.n;
+    before.a = a * (planned_a.orientation.conjugate() * (at.a - planned_a.position));
+    before.b = b * (planned_b.orientation.conjugate() * (at.b - planned_b.position));
+    before.gap = at.n.dot(before.a - before.b);
+    return before;
+}
+
+} // namespace
+
+/// How near two bodies may be and still touch within the step [m].
+double World::Impl::margin_of(int a, int b) const {
+    const auto ia = static_cast<std::size_t>(a);
+    const auto ib = static_cast<std::size_t>(b);
+    const auto turning = [&](std::size_t i) {
+        return bodies.props[i].is_static() ? 0.0
+                                           : bodies.velocity[i].w.norm() * bodies.props[i].bounding_radius;
+    };
+    const double approach =
+        (bodies.velocity[ia].v - bodies.velocity[ib].v).norm() + turning(ia) + turning(ib);
+    return h * (approach + h * settings.gravity.norm()) + margin_tolerances * settings.tolerance;
+}
+
+/// How far a contact may have moved on its bodies and still be the same one [m].
+double World::Impl::reach_of(const BodyPair& pair) const {
+    return match_reach * std::min(bodies.props[static_cast<std::size_t>(pair.a)].bounding_radius,
+                                  bodies.props[static_cast<std::size_t>(pair.b)].bounding_radius);
+}
+
+/// Index of a pair in `pairs`; pairs.size() if it has no contacts.
+std::size_t World::Impl::pair_index(const BodyPair& pair) const {
+    const auto key = [](const PairContacts& p) { return BodyPair{p.manifold.body_a, p.manifold.body_b}; };
+    const auto sorted_end = pairs.begin() + static_cast<std::ptrdiff_t>(sorted_pairs);
+    const auto place = std::ranges::lower_bound(pairs.begin(), sorted_end, pair, {}, key);
+    if (place != sorted_end && key(*place) == pair) {
+        return static_cast<std::size_t>(place - pairs.begin());
+    }
+    const auto added = std::ranges::find(sorted_end, pairs.end(), pair, key);
+    return static_cast<std::size_t>(added - pairs.begin());
+}
+
+/// Pairs of bodies that may touch while each moves by up to its `reach`.
+void World::Impl::find_candidates() {
+    boxes.resize(reported_count);
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        boxes[i] = bounds(bodies.props[i].shape, bodies.pose[i]);
+        const Vec3 margin = Vec3::Constant(reach[i] + 0.5 * margin_tolerances * settings.tolerance);
+        boxes[i].lower -= margin;
+        boxes[i].upper += margin;
+    }
+    broad_phase.find_pairs(boxes, candidates);
+    std::erase_if(candidates,
+                  [&](const BodyPair& pair) { return std::ranges::binary_search(jointed, pair); });
+    check_all = true;
+}
+
+void World::Impl::find_contacts(StepReport& report) {
+    {
+        const StageClock clock(report, Stage::broad_phase);
+        reach.resize(reported_count);
+        for (std::size_t i = 0; i < reported_count; ++i) {
+            const Velocity& velocity = bodies.velocity[i];
+            const double speed = velocity.v.norm() + velocity.w.norm() * bodies.props[i].bounding_radius;
+            reach[i] = bodies.props[i].is_static() ? 0.0 : h * (speed + h * settings.gravity.norm());
+        }
+        find_candidates();
+    }
+    const StageClock clock(report, Stage::narrow_phase);
+    std::vector<PairContacts> found(candidates.size());
+    workers.run(candidates.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            find_pair_contacts(candidates[k], found[k]);
+        }
+    });
+    std::erase_if(found, [](const PairContacts& pair) { return pair.manifold.contacts.empty(); });
+    pairs = std::move(found);
+    sorted_pairs = pairs.size();
+    report.pairs = static_cast<int>(candidates.size());
+    report.manifolds = static_cast<int>(pairs.size());
+}
+
+/// Contacts of one pair at the present poses, with what the last step remembered of them.
+void World::Impl::find_pair_contacts(const BodyPair& candidate, PairContacts& pair) const {
+    const auto a = static_cast<std::size_t>(candidate.a);
+    const auto b = static_cast<std::size_t>(candidate.b);
+    sim::find_contacts(bodies.props[a].shape, bodies.pose[a], bodies.props[b].shape, bodies.pose[b],
+                       margin_of(candidate.a, candidate.b), pair.manifold.contacts);
+    if (pair.manifold.contacts.empty()) {
+        return;
+    }
+    pair.manifold.body_a = candidate.a;
+    pair.manifold.body_b = candidate.b;
+    pair.material = pair_material(bodies.props[a], bodies.props[b]);
+    const std::size_t old = pair_index(candidate);
+    match_memory(old < pairs.size() ? pairs[old].memory : std::vector<ContactMemory>{}, pair,
+                 reach_of(candidate));
+}
+
+/// Depth of penetration of all candidate pairs at the planned poses, by their shapes and not by the contacts
+/// of the solve. In later rounds only pairs of bodies that moved since are looked at.
+void World::Impl::check_pairs() {
+    const std::span<const Pose> planned = contact_solver.predicted();
+    // An impulse may throw a body farther than its velocity before told.
+    bool farther = false;
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        const double moved = moved_by(bodies.props[i], bodies.pose[i], planned[i]);
+        if (moved > reach[i]) {
+            reach[i] = reach_growth * moved;
+            farther = true;
+        }
+    }
+    if (farther) {
+        find_candidates();
+    }
+    std::vector<char> moved(planned.size(), 1);
+    checked_pose.resize(planned.size());
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        moved[i] = check_all || moved_by(bodies.props[i], checked_pose[i], planned[i]) >
+                                    recheck_share * settings.tolerance;
+        if (moved[i] != 0) {
+            checked_pose[i] = planned[i];
+        }
+    }
+    check_all = false;
+    pair_penetration.resize(candidates.size());
+    workers.run(candidates.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            const auto a = static_cast<std::size_t>(candidates[k].a);
+            const auto b = static_cast<std::size_t>(candidates[k].b);
+            if (moved[a] != 0 || moved[b] != 0) {
+                pair_penetration[k] =
+                    -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
+            }
+        }
+    });
+}
+
+/// Gives each pair that would overlap by more than the tolerance the contacts found at the planned poses.
+/// Returns true if there was none.
+bool World::Impl::repair() {
+    check_pairs();
+    const std::span<const Pose> planned = contact_solver.predicted();
+    verified_penetration = 0.0;
+    bool good = true;
+    std::vector<Contact> contacts;
+    std::vector<PairContacts> added;
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+        verified_penetration = std::max(verified_penetration, pair_penetration[k]);
+        if (pair_penetration[k] <= settings.tolerance) {
+            continue;
+        }
+        good = false;
+        const BodyPair& candidate = candidates[k];
+        const auto a = static_cast<std::size_t>(candidate.a);
+        const auto b = static_cast<std::size_t>(candidate.b);
+        sim::find_contacts(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b], 0.0,
+                           contacts);
+        for (Contact& contact : contacts) {
+            contact.at = moved_back(contact.at, planned[a], planned[b], bodies.pose[a], bodies.pose[b]);
+        }
+        const std::size_t index = pair_index(candidate);
+        if (index < pairs.size()) {
+            replace_contacts(index, contacts);
+            continue;
+        }
+        PairContacts fresh;
+        fresh.manifold = {candidate.a, candidate.b, contacts};
+        fresh.material = pair_material(bodies.props[a], bodies.props[b]);
+        match_memory({}, fresh, 0.0);
+        added.push_back(std::move(fresh));
+    }
+    for (PairContacts& pair : added) {
+        pairs.push_back(std::move(pair));
+        contact_solver.add_contacts(bodies, pairs, static_cast<int>(pairs.size()) - 1);
+    }
+    return good;
+}
+
+/// Takes the contacts of a pair out of the solve and puts others in their place.
+void World::Impl::replace_contacts(std::size_t index, const std::vector<Contact>& contacts) {
+    if (contacts.empty()) {
+        return;
+    }
+    PairContacts& pair = pairs[index];
+    contact_solver.drop_contacts(bodies, static_cast<int>(index));
+    const std::vector<ContactMemory> memory = std::move(pair.memory);
+    pair.manifold.contacts = contacts;
+    match_memory(memory, pair, reach_of({pair.manifold.body_a, pair.manifold.body_b}));
+    contact_solver.add_contacts(bodies, pairs, static_cast<int>(index));
+}
+
+} // namespace sim

@@ -1,0 +1,87 @@
+#pragma once
+/// What World holds, and its stages. world.cpp has the step, world_contacts.cpp the search for contacts.
+#include "sim/broad_phase.h"
+#include "sim/collision_solver.h"
+#include "sim/contact_solver.h"
+#include "sim/time_of_impact.h"
+#include "sim/workers.h"
+#include "sim/world.h"
+
+#include <chrono>
+#include <string>
+
+namespace sim {
+
+/// Adds the wall time since its construction to one stage.
+class StageClock {
+public:
+    StageClock(StepReport& report, Stage stage) : ms_(report.stage_ms[static_cast<std::size_t>(stage)]) {}
+    ~StageClock() {
+        ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+    }
+    StageClock(const StageClock&) = delete;
+    StageClock& operator=(const StageClock&) = delete;
+
+private:
+    double& ms_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// The state at one instant, and the impulses already found that carry it over the next interval.
+///
+/// An instant holds the velocity before its resting impulses, `bodies.velocity`, and after them,
+/// solver.velocity(). The velocity *at* the instant lies between them (Verlet): that is what a snapshot
+/// reports, so positions and velocities are both second order without another solve.
+struct World::Impl {
+    Impl(const SceneDef& scene, int threads);
+
+    StepReport step();
+    void move(StepReport& report);
+    void find_candidates();
+    void find_pair_contacts(const BodyPair& candidate, PairContacts& pair) const;
+    void check_pairs();
+    void replace_contacts(std::size_t index, const std::vector<Contact>& contacts);
+    void find_contacts(StepReport& report);
+    void resolve_collisions(StepReport& report);
+    void restart(std::span<const char> touched);
+    double fastest_spin_in_contact() const;
+    void plan(StepReport& report);
+    void plan_until_impact(const Impact& impact, StepReport& report);
+    bool plan_interval(StepReport& report);
+    bool repair();
+    double interval_left() const { return h * (1.0 - progress); }
+    double margin_of(int a, int b) const;
+    double reach_of(const BodyPair& pair) const;
+    std::size_t pair_index(const BodyPair& pair) const;
+    Snapshot take_snapshot() const;
+
+    std::vector<std::string> names;
+    std::size_t reported_count = 0; ///< bodies of the scene; the world itself comes after them
+    StepSettings settings;
+    double h = 0.0;
+    std::int64_t step_index = 0;
+    double progress = 0.0;                ///< [-] 0..1, of the step under way
+    double interval = 0.0;                ///< [s] planned next
+    std::vector<Pose> checked_pose;       ///< planned poses when a body's pairs were last looked at
+    bool check_all = true;                ///< they have not been looked at in this plan
+    std::vector<double> pair_penetration; ///< [candidates] then [m]
+    double verified_penetration = 0.0;    ///< [m] at the planned poses
+    int stops = 0;                        ///< in the step under way
+
+    Bodies bodies;
+    std::vector<Joint> joints;
+    std::vector<BodyPair> jointed; ///< ascending: pairs that do not collide
+    std::vector<JointMemory> joint_memory;
+    JointSolver joint_rows; ///< at the present poses, for what the last impulses owe
+    BroadPhase broad_phase;
+    std::vector<double> reach; ///< [m] that each body may move in the step
+    std::vector<Bounds> boxes;
+    std::vector<BodyPair> candidates;
+    std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
+    std::size_t sorted_pairs = 0;    ///< length of the ascending part
+    Workers workers;                 ///< for what is done pair by pair
+    ContactSolver contact_solver;
+    CollisionSolver collision_solver;
+};
+
+} // namespace sim
