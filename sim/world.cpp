@@ -2,7 +2,7 @@
 
 #include "sim/error.h"
 #include "sim/integrate.h"
-#include "sim/world_impl.h"
+#include "sim/world_state.h"
 
 #include <fmt/format.h>
 
@@ -43,7 +43,7 @@ std::vector<BodyProps> all_props(const SceneDef& scene) {
 
 } // namespace
 
-World::Impl::Impl(const SceneDef& scene, int threads)
+WorldState::WorldState(const SceneDef& scene, int threads)
     : reported_count(scene.bodies.size()), settings(scene.step),
       h(scene.step.time_step.value()), bodies{.props = all_props(scene),
                                               .pose = {},
@@ -76,7 +76,7 @@ World::Impl::Impl(const SceneDef& scene, int threads)
     plan(report);
 }
 
-StepReport World::Impl::step() {
+StepReport WorldState::step() {
     StepReport report;
     stops = 0;
     progress = 0.0;
@@ -90,7 +90,7 @@ StepReport World::Impl::step() {
 }
 
 /// Moves all bodies over the planned interval; the impulses for it have been found.
-void World::Impl::move(StepReport& report) {
+void WorldState::move(StepReport& report) {
     const StageClock clock(report, Stage::integrate);
     const std::span<const Velocity> after_impulses = contact_solver.velocity();
     const std::span<const Pose> planned = contact_solver.predicted();
@@ -119,7 +119,7 @@ void World::Impl::move(StepReport& report) {
 
 /// Collisions act on the velocities of the instant: those before the resting impulses plus what they lack. A
 /// body in a collision keeps that velocity, and its motion restarts there.
-void World::Impl::resolve_collisions(StepReport& report) {
+void WorldState::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
     std::vector<Velocity> velocity = bodies.velocity;
     joint_rows.prepare(bodies, joints);
@@ -145,7 +145,7 @@ void World::Impl::resolve_collisions(StepReport& report) {
 }
 
 /// The velocities of these bodies' contacts and joints lack nothing now.
-void World::Impl::restart(std::span<const char> touched) {
+void WorldState::restart(std::span<const char> touched) {
     const auto is_touched = [&](int a, int b) {
         return touched[static_cast<std::size_t>(a)] != 0 || touched[static_cast<std::size_t>(b)] != 0;
     };
@@ -167,7 +167,7 @@ void World::Impl::restart(std::span<const char> touched) {
 
 /// Largest |w| [rad/s] of a body near contact whose contact points move in the body as it turns: all but
 /// balls.
-double World::Impl::fastest_spin_in_contact() const {
+double WorldState::fastest_spin_in_contact() const {
     double fastest = 0.0;
     for (const PairContacts& pair : pairs) {
         for (const int body : {pair.manifold.body_a, pair.manifold.body_b}) {
@@ -182,7 +182,7 @@ double World::Impl::fastest_spin_in_contact() const {
 
 /// Finds the impulses of the next interval: the rest of the step, or all of the next one; shorter if an
 /// impact stops it or if its contacts do not converge.
-void World::Impl::plan(StepReport& report) {
+void WorldState::plan(StepReport& report) {
     const StageClock clock(report, Stage::contacts);
     interval = progress < 1.0 ? interval_left() : h;
     const double spin = fastest_spin_in_contact();
@@ -217,7 +217,7 @@ void World::Impl::plan(StepReport& report) {
 
 /// Plans the interval that ends at an impact. Its end moves a little with the impulses of the shorter
 /// interval, so the time is corrected until the gap at the planned poses is closed.
-void World::Impl::plan_until_impact(const Impact& impact, StepReport& report) {
+void WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
     const double longest = interval;
     const Contact contact = pairs[impact.pair].manifold.contacts[impact.contact];
     const auto a = static_cast<std::size_t>(pairs[impact.pair].manifold.body_a);
@@ -238,7 +238,7 @@ void World::Impl::plan_until_impact(const Impact& impact, StepReport& report) {
 }
 
 /// One solve over `interval`, checked on the geometry after the move. Returns false if it did not converge.
-bool World::Impl::plan_interval(StepReport& report) {
+bool WorldState::plan_interval(StepReport& report) {
     StepSettings used = settings;
     if (stops >= stop_limit) {
         used.impacts = ImpactHandling::ahead;
@@ -261,7 +261,7 @@ bool World::Impl::plan_interval(StepReport& report) {
     return good;
 }
 
-Snapshot World::Impl::take_snapshot() const {
+Snapshot WorldState::take_snapshot() const {
     Snapshot snapshot;
     snapshot.step = step_index;
     snapshot.time = static_cast<double>(step_index * settings.time_step.num) /
@@ -274,23 +274,23 @@ Snapshot World::Impl::take_snapshot() const {
     return snapshot;
 }
 
-World::World(const SceneDef& scene, int threads) : impl_(std::make_unique<Impl>(scene, threads)) {}
+World::World(const SceneDef& scene, int threads) : state_(std::make_unique<WorldState>(scene, threads)) {}
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
 StepReport World::step() {
-    return impl_->step();
+    return state_->step();
 }
 std::int64_t World::step_index() const {
-    return impl_->step_index;
+    return state_->step_index;
 }
 double World::time() const {
-    const Rational& h = impl_->settings.time_step;
-    return static_cast<double>(impl_->step_index * h.num) / static_cast<double>(h.den);
+    const Rational& h = state_->settings.time_step;
+    return static_cast<double>(state_->step_index * h.num) / static_cast<double>(h.den);
 }
 Snapshot World::take_snapshot() const {
-    return impl_->take_snapshot();
+    return state_->take_snapshot();
 }
 
 } // namespace sim

@@ -8,6 +8,8 @@
 
 namespace sim {
 
+struct WorldState;
+
 class World {
 public:
     /// threads >= 1: the result does not depend on it.
@@ -26,8 +28,7 @@ public:
     Snapshot take_snapshot() const;
 
 private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    std::unique_ptr<WorldState> state_;
 };
 
 } // namespace sim

@@ -1,4 +1,4 @@
-#include "sim/world_impl.h"
+#include "sim/world_state.h"
 
 #include "sim/narrow_phase.h"
 
@@ -44,7 +44,7 @@ ContactGeometry moved_back(const ContactGeometry& at, const Pose& planned_a, con
 } // namespace
 
 /// How near two bodies may be and still touch within the step [m].
-double World::Impl::margin_of(int a, int b) const {
+double WorldState::margin_of(int a, int b) const {
     const auto ia = static_cast<std::size_t>(a);
     const auto ib = static_cast<std::size_t>(b);
     const auto turning = [&](std::size_t i) {
@@ -57,13 +57,13 @@ double World::Impl::margin_of(int a, int b) const {
 }
 
 /// How far a contact may have moved on its bodies and still be the same one [m].
-double World::Impl::reach_of(const BodyPair& pair) const {
+double WorldState::reach_of(const BodyPair& pair) const {
     return match_reach * std::min(bodies.props[static_cast<std::size_t>(pair.a)].bounding_radius,
                                   bodies.props[static_cast<std::size_t>(pair.b)].bounding_radius);
 }
 
 /// Index of a pair in `pairs`; pairs.size() if it has no contacts.
-std::size_t World::Impl::pair_index(const BodyPair& pair) const {
+std::size_t WorldState::pair_index(const BodyPair& pair) const {
     const auto key = [](const PairContacts& p) { return BodyPair{p.manifold.body_a, p.manifold.body_b}; };
     const auto sorted_end = pairs.begin() + static_cast<std::ptrdiff_t>(sorted_pairs);
     const auto place = std::ranges::lower_bound(pairs.begin(), sorted_end, pair, {}, key);
@@ -75,7 +75,7 @@ std::size_t World::Impl::pair_index(const BodyPair& pair) const {
 }
 
 /// Pairs of bodies that may touch while each moves by up to its `reach`.
-void World::Impl::find_candidates() {
+void WorldState::find_candidates() {
     boxes.resize(reported_count);
     for (std::size_t i = 0; i < reported_count; ++i) {
         boxes[i] = bounds(bodies.props[i].shape, bodies.pose[i]);
@@ -89,7 +89,7 @@ void World::Impl::find_candidates() {
     check_all = true;
 }
 
-void World::Impl::find_contacts(StepReport& report) {
+void WorldState::find_contacts(StepReport& report) {
     {
         const StageClock clock(report, Stage::broad_phase);
         reach.resize(reported_count);
@@ -115,7 +115,7 @@ void World::Impl::find_contacts(StepReport& report) {
 }
 
 /// Contacts of one pair at the present poses, with what the last step remembered of them.
-void World::Impl::find_pair_contacts(const BodyPair& candidate, PairContacts& pair) const {
+void WorldState::find_pair_contacts(const BodyPair& candidate, PairContacts& pair) const {
     const auto a = static_cast<std::size_t>(candidate.a);
     const auto b = static_cast<std::size_t>(candidate.b);
     sim::find_contacts(bodies.props[a].shape, bodies.pose[a], bodies.props[b].shape, bodies.pose[b],
@@ -133,7 +133,7 @@ void World::Impl::find_pair_contacts(const BodyPair& candidate, PairContacts& pa
 
 /// Depth of penetration of all candidate pairs at the planned poses, by their shapes and not by the contacts
 /// of the solve. In later rounds only pairs of bodies that moved since are looked at.
-void World::Impl::check_pairs() {
+void WorldState::check_pairs() {
     const std::span<const Pose> planned = contact_solver.predicted();
     // An impulse may throw a body farther than its velocity before told.
     bool farther = false;
@@ -172,7 +172,7 @@ void World::Impl::check_pairs() {
 
 /// Gives each pair that would overlap by more than the tolerance the contacts found at the planned poses.
 /// Returns true if there was none.
-bool World::Impl::repair() {
+bool WorldState::repair() {
     check_pairs();
     const std::span<const Pose> planned = contact_solver.predicted();
     verified_penetration = 0.0;
@@ -212,7 +212,7 @@ bool World::Impl::repair() {
 }
 
 /// Takes the contacts of a pair out of the solve and puts others in their place.
-void World::Impl::replace_contacts(std::size_t index, const std::vector<Contact>& contacts) {
+void WorldState::replace_contacts(std::size_t index, const std::vector<Contact>& contacts) {
     if (contacts.empty()) {
         return;
     }

@@ -1,11 +1,12 @@
 #pragma once
-/// What World holds, and its stages. world.cpp has the step, world_contacts.cpp the search for contacts.
+/// What a World holds, and its stages: world.cpp has the step, world_contacts.cpp the search for contacts.
 #include "sim/broad_phase.h"
 #include "sim/collision_solver.h"
 #include "sim/contact_solver.h"
+#include "sim/snapshot.h"
+#include "sim/step_report.h"
 #include "sim/time_of_impact.h"
 #include "sim/workers.h"
-#include "sim/world.h"
 
 #include <chrono>
 #include <string>
@@ -32,8 +33,8 @@ private:
 /// An instant holds the velocity before its resting impulses, `bodies.velocity`, and after them,
 /// solver.velocity(). The velocity *at* the instant lies between them (Verlet): that is what a snapshot
 /// reports, so positions and velocities are both second order without another solve.
-struct World::Impl {
-    Impl(const SceneDef& scene, int threads);
+struct WorldState {
+    WorldState(const SceneDef& scene, int threads);
 
     StepReport step();
     void move(StepReport& report);
