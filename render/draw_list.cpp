@@ -32,7 +32,10 @@ constexpr std::array<double, mesh_id::sphere_count - 1> sphere_pixels{7.0, 30.0,
 constexpr double rod_radius_in_views = 0.0014;
 /// Cells of the occlusion volume across the smallest body, and cells of the whole volume at most.
 constexpr double cells_across_body = 6.0;
-constexpr double most_occlusion_cells = 4e5;
+constexpr double most_occlusion_cells = 2e5;
+/// Round bodies of metal smoother than this show the bodies around them, if these are not more than that.
+constexpr float polished_roughness = 0.4f;
+constexpr std::size_t most_mirrored = 32;
 /// Cells that the occlusion volume reaches beyond the bodies.
 constexpr float occlusion_margin_cells = 4.0f;
 glm::vec3 to_glm(const Vec3& v) {
@@ -221,7 +224,7 @@ LightBlock make_light(const sim::LightDef& light, const std::vector<Floor>& floo
     block.sky_horizon = to_glm(Vec3(light.sky_horizon * light.sky_intensity));
     block.ground = block.sky_horizon;
     if (!floors.empty()) {
-        const glm::vec3 mean_sky = glm::mix(block.sky_zenith, block.sky_horizon, 0.2f);
+        const glm::vec3 mean_sky = glm::mix(block.sky_zenith, block.sky_horizon, 1.0f / 6.0f);
         block.ground = floors.front().color * (block.sun * std::max(block.to_sun.z, 0.0f) + mean_sky);
     }
     return block;
@@ -331,6 +334,28 @@ float occlusion_cell(const sim::SceneDef& scene, double reach) {
         std::max(body_size / cells_across_body, std::cbrt(extent.prod() / most_occlusion_cells)));
 }
 
+/// What polished round bodies mirror, unless it is too much to follow rays to.
+void fill_mirrored(const PartCollector& parts, DrawList& list) {
+    const auto is_polished = [](const Part& part) {
+        return part.instance.metallic > 0.5f && part.instance.roughness < polished_roughness;
+    };
+    if (std::none_of(parts.rounds.begin(), parts.rounds.end(), is_polished)) {
+        return;
+    }
+    for (const Part& part : parts.rounds) {
+        if (part.mesh < mesh_id::sphere_first + mesh_id::sphere_count) {
+            list.mirrored.push_back(part.instance);
+        }
+    }
+    list.mirrored_spheres = static_cast<int>(list.mirrored.size());
+    for (const Part& part : parts.boxes) {
+        list.mirrored.push_back(part.instance);
+    }
+    if (list.mirrored.size() > most_mirrored) {
+        list.mirrored.clear();
+    }
+}
+
 } // namespace
 
 SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraDef& camera) {
@@ -435,6 +460,7 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
         make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(scale));
     add_faces(parts.boxes, list);
     fill_rounds(parts.rounds, geometry, list);
+    fill_mirrored(parts, list);
     return list;
 }
 

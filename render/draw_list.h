@@ -104,6 +104,9 @@ struct DrawList {
     SkyAtlas sky_atlas;
     std::vector<Floor> floors;
     OcclusionVolume occlusion;
+    std::vector<Instance>
+        mirrored; ///< what polished bodies show: spheres, then boxes; empty if there is no such body
+    int mirrored_spheres = 0;
     float floor_extent = 0.0f; ///< [m] a floor has faded into the sky at this distance from the eye
     float grid_spacing = 1.0f; ///< [m] of the fine lines; every tenth is a strong one
 };

@@ -196,7 +196,7 @@ private:
                 const glm::vec3 ray = part.ray_from_window[0] * (pixel.x + sample_x[half][s]) +
                                       part.ray_from_window[1] * (pixel.y + sample_y[half][s]) +
                                       part.ray_from_window[2];
-                float w = std::numeric_limits<float>::max();
+                float w = std::numeric_limits<float>::infinity();
                 if (part.first == nullptr) {
                     w = meet_sphere(part.origin, ray);
                 }
@@ -209,18 +209,18 @@ private:
         }
     }
 
-    /// Parameter > 0 at which the ray enters the unit sphere; the largest float if it does not.
+    /// Parameter > 0 at which the ray enters the unit sphere; infinity if it does not.
     static float meet_sphere(const glm::vec3& origin, const glm::vec3& ray) {
         const float a = glm::dot(ray, ray);
         const float b = glm::dot(origin, ray);
         const float d = b * b - a * (glm::dot(origin, origin) - 1.0f);
         const float t = d < 0.0f ? -1.0f : (-b - std::sqrt(d)) / a;
-        return t > 0.0f ? t : std::numeric_limits<float>::max();
+        return t > 0.0f ? t : std::numeric_limits<float>::infinity();
     }
 
     /// The same for a cone's band, from outside or inside, or a flat ring.
     static float meet_band(const LatheBand& band, const glm::vec3& o, const glm::vec3& ray) {
-        constexpr float none = std::numeric_limits<float>::max();
+        constexpr float none = std::numeric_limits<float>::infinity();
         const float height = band.upper.y - band.lower.y;
         if (height == 0.0f) {
             const float t = (band.lower.y - o.z) / ray.z;

@@ -46,7 +46,8 @@ constexpr int faces = 1;
 constexpr int boxes = 2;
 constexpr int sky_atlas = 3;
 constexpr int occlusion_floor = 4;
-constexpr int occlusion_first = 5; ///< and one for each further level
+constexpr int mirrored = 5;
+constexpr int occlusion_first = 6; ///< and one for each further level
 } // namespace unit
 
 void bind_texture(int texture_unit, GLenum target, const GlTexture& texture) {
@@ -116,6 +117,7 @@ struct Renderer::Impl {
     ElementArray sky_array;
     TexelTable faces;
     TexelTable boxes;
+    TexelTable mirrored;
     std::array<GlTexture, OcclusionVolume::level_count> occlusion;
     GlTexture occlusion_floor;
     GlTexture sky_atlas;
@@ -129,7 +131,7 @@ struct Renderer::Impl {
     Program floor_ring_program;
     Program sky_program;
     std::map<FaceKind, Program> face_programs;
-    std::map<sim::Pattern, Program> round_programs;
+    std::map<std::pair<sim::Pattern, bool>, Program> round_programs; // by (pattern, shows what is around)
     RawPicture raw;
 
     Impl(const sim::SceneDef& scene_def, int width, int height, const RenderSettings& settings)
@@ -185,6 +187,7 @@ struct Renderer::Impl {
         sky_array = ElementArray(triangle, 3);
         faces = make_texel_table();
         boxes = make_texel_table();
+        mirrored = make_texel_table();
     }
 
     void make_targets() {
@@ -237,6 +240,7 @@ struct Renderer::Impl {
                      list.rounds.data(), GL_STREAM_DRAW);
         upload_texels(faces, list.faces.data(), list.faces.size() * sizeof(Face));
         upload_texels(boxes, list.boxes.data(), list.boxes.size() * sizeof(Instance));
+        upload_texels(mirrored, list.mirrored.data(), list.mirrored.size() * sizeof(Instance));
 
         // From clip coordinates (-1..1 across, 0..1 in depth) to texture coordinates.
         glm::mat4 texture_from_clip(1.0f);
@@ -259,6 +263,7 @@ struct Renderer::Impl {
         bind_texture(unit::shadow_map, GL_TEXTURE_2D, shadow_map);
         bind_texture(unit::faces, GL_TEXTURE_BUFFER, faces.texture);
         bind_texture(unit::boxes, GL_TEXTURE_BUFFER, boxes.texture);
+        bind_texture(unit::mirrored, GL_TEXTURE_BUFFER, mirrored.texture);
         bind_texture(unit::sky_atlas, GL_TEXTURE_2D, sky_atlas);
         glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, SkyAtlas::width, list.sky_atlas.height, 0, GL_RED, GL_FLOAT,
                      list.sky_atlas.open.data());
@@ -321,14 +326,16 @@ struct Renderer::Impl {
         return face_programs.emplace(kind, Program("face.vert", "face.frag", defines)).first->second;
     }
 
-    const Program& round_program(sim::Pattern pattern) {
-        const auto known = round_programs.find(pattern);
+    const Program& round_program(sim::Pattern pattern, bool is_mirror) {
+        const auto key = std::make_pair(pattern, is_mirror);
+        const auto known = round_programs.find(key);
         if (known != round_programs.end()) {
             return known->second;
         }
-        const std::string defines =
-            "#define PATTERN " + std::to_string(static_cast<int>(pattern)) + "\n#define METAL 1\n";
-        return round_programs.emplace(pattern, Program("round.vert", "round.frag", defines)).first->second;
+        const std::string defines = "#define METAL 1\n#define PATTERN " +
+                                    std::to_string(static_cast<int>(pattern)) + "\n#define MIRROR " +
+                                    (is_mirror ? "1" : "0") + "\n";
+        return round_programs.emplace(key, Program("round.vert", "round.frag", defines)).first->second;
     }
 
     void draw_picture(const DrawList& list) {
@@ -347,13 +354,14 @@ struct Renderer::Impl {
             face_array.draw(batch.first, batch.count);
         }
         for (const RoundBatch& batch : list.round_batches) {
-            const Program& program = round_program(batch.pattern);
+            const Program& program = round_program(batch.pattern, !list.mirrored.empty());
             program.use();
             program.set("shadow_map", unit::shadow_map);
             for (int k = 0; k < OcclusionVolume::level_count; ++k) {
                 program.set(("occlusion_" + std::to_string(k)).c_str(), unit::occlusion_first + k);
             }
             program.set("occlusion_corner", glm::vec4(list.occlusion.lower(), list.occlusion.cell()));
+            set_mirrored(program, list);
             draw_rounds(batch);
         }
         for (const Floor& floor : list.floors) {
@@ -364,6 +372,18 @@ struct Renderer::Impl {
         sky_program.use();
         sky_array.draw(0, 1);
         glDepthMask(GL_TRUE);
+    }
+
+    static void set_mirrored(const Program& program, const DrawList& list) {
+        program.set("mirrored_parts", unit::mirrored);
+        program.set("mirrored_spheres", list.mirrored_spheres);
+        program.set("mirrored_count", static_cast<int>(list.mirrored.size()));
+        if (!list.floors.empty()) {
+            const Floor& floor = list.floors.front();
+            program.set("floor_plane",
+                        glm::vec4(floor.frame.normal, glm::dot(floor.frame.normal, floor.frame.origin)));
+            program.set("floor_color", floor.color);
+        }
     }
 
     void draw_floor(const Floor& floor, const DrawList& list) {

@@ -3,14 +3,13 @@
 // Radiance of the sky towards a unit direction with z >= 0.
 vec3 sky_radiance(float z) {
     float t = 1.0 - clamp(z, 0.0, 1.0);
-    float t2 = t * t;
-    return mix(frame.sky_zenith.rgb, frame.sky_horizon.rgb, t2 * t2);
+    return mix(frame.sky_zenith.rgb, frame.sky_horizon.rgb, t * t);
 }
 
 // Mean radiance a matte surface with normal n receives from sky and ground (irradiance / pi).
 vec3 ambient_irradiance(float n_z) {
-    // Cosine-weighted mean of sky_radiance over the upper hemisphere: t^4 with t = 1 - z averages to 1/15.
-    vec3 sky = mix(frame.sky_zenith.rgb, frame.sky_horizon.rgb, 0.2);
+    // Cosine-weighted mean of sky_radiance over the upper hemisphere: (1 - z)^2 averages to 1/6.
+    vec3 sky = mix(frame.sky_zenith.rgb, frame.sky_horizon.rgb, 1.0 / 6.0);
     return mix(frame.ground.rgb, sky, 0.5 + 0.5 * n_z);
 }
 

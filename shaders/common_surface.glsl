@@ -13,6 +13,7 @@ struct Surface {
     float metallic;
     float roughness;
     vec3 normal;
+    vec3 position;
 };
 
 // What is mirrored has one value for all colours unless the surface is a metal (METAL 1).
@@ -59,8 +60,14 @@ vec3 shaded(Surface surface, vec3 v, float sunlit, float open) {
     float m2 = m * m;
     REFLECTANCE fresnel = (f0 + (1.0 - f0) * (m2 * m2 * m)) * compensation;
 
-    float r_z = 2.0 * n_dot_v * n.z - v.z;
+#if MIRROR
+    vec3 seen = seen_radiance(surface.position, 2.0 * n_dot_v * n - v, roughness);
+#else
+    vec3 seen = mirrored_radiance(2.0 * n_dot_v * n.z - v.z, roughness);
+#endif
     vec3 sun = frame.sun.rgb * (n_l * sunlit);
+    // What stands close by is in the mirrored view already.
+    float seen_open = MIRROR == 1 ? 1.0 : open;
     vec3 from_base = base * (sun + ambient_irradiance(n.z) * open);
-    return from_base + sun * (fresnel * highlight) + mirrored_radiance(r_z, roughness) * (mirrored * open);
+    return from_base + sun * (fresnel * highlight) + seen * (mirrored * seen_open);
 }

@@ -1,5 +1,6 @@
 // Flat faces of boxes. LIT: 1 if turned towards the sun. LARGE: as in face.vert. PATTERN: 0 plain; 1 stripes,
 // 2 checker, counted in shares of the body's size; 3 grid, counted in the lines of the floor from the body's middle.
+#define MIRROR 0
 #include "common_frame.glsl"
 #include "common_light.glsl"
 #include "common_pattern.glsl"
@@ -63,7 +64,8 @@ void main() {
 #else
     const float sunlit = 0.0;
 #endif
-    Surface surface = Surface(albedo, normal_metallic.w, color_roughness.w, normal_metallic.xyz);
+    Surface surface = Surface(albedo, normal_metallic.w, color_roughness.w, normal_metallic.xyz,
+                              world_position);
     pixel = vec4(tone_mapped(shaded(surface, v, sunlit, open)), 1.0);
     part = id_open.x;
 }

@@ -1,9 +1,13 @@
 // Bodies of revolution. PATTERN: 0 plain, 1 stripes, 2 checker, 3 grid, in body coordinates around z, so that
-// turning is seen.
+// turning is seen. MIRROR: 1 where polished bodies show what is around them.
 #include "common_frame.glsl"
 #include "common_light.glsl"
 #include "common_pattern.glsl"
 #include "common_shadow.glsl"
+#if MIRROR
+#include "common_turn.glsl"
+#include "common_mirror.glsl"
+#endif
 #include "common_surface.glsl"
 
 in vec3 world_position;
@@ -45,7 +49,7 @@ void main() {
     vec3 v = normalize(frame.eye.xyz - world_position);
     vec3 albedo = mix(color_roughness.rgb, pattern_metallic.rgb, pattern_share());
     float sunlit = sunlight(world_position, n);
-    vec3 radiance = shaded(Surface(albedo, pattern_metallic.w, color_roughness.w, n), v, sunlit, open);
+    vec3 radiance = shaded(Surface(albedo, pattern_metallic.w, color_roughness.w, n, world_position), v, sunlit, open);
     pixel = vec4(tone_mapped(radiance), 1.0);
     part = id;
 }

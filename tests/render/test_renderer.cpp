@@ -289,6 +289,29 @@ TEST(renderer, edges_are_within_45_db_of_16_samples) {
     }
 }
 
+// A ball before the sky: as wide as it is, smooth at its rim, and sky beside it.
+TEST(renderer, round_edges_before_the_sky_have_the_coverage_of_a_disc) {
+    sim::SceneDef scene;
+    scene.light.sun_intensity = 0.0;
+    scene.light.sky_zenith = scene.light.sky_horizon = sim::Vec3(1, 1, 1);
+    scene.bodies.push_back(sample::body(sim::Sphere{1}, {}, {0, 0, 0}));
+    scene.bodies[0].look.roughness = 1.0;
+    sample::set_camera(scene, {0, -20, 0}, {0, 0, 0}, 20);
+    const render::Image image = drawn(scene, 120, 120);
+    const int sky = pixel(image, 5, 5)[1];
+    const int ball = pixel(image, 60, 60)[1];
+    double covered = 0.0;
+    for (int i = 0; i < 120 * 120; ++i) {
+        covered += static_cast<double>(sky - pixel(image, i % 120, i / 120)[1]) / (sky - ball);
+    }
+    // Radius on the picture: 60 px * tan(asin(1 / 20)) / tan(10 degrees) = 17.04 px. The ball is a little
+    // brighter towards its rim, where it mirrors more.
+    const double radius = 60.0 * std::tan(std::asin(0.05)) / std::tan(10.0 * std::numbers::pi / 180.0);
+    const double area = std::numbers::pi * radius * radius;
+    EXPECT_NEAR(covered, area, 0.03 * area);
+    EXPECT_EQ(pixel(image, 60 - 19, 60)[1], sky);
+}
+
 TEST(renderer, unknown_camera_is_a_usage_error_that_names_the_known_ones) {
     const sim::SceneDef scene = red_cube();
     try {
