@@ -47,6 +47,20 @@ CameraKey key_at(const std::vector<CameraKey>& keys, double t) {
 
 } // namespace
 
+sim::Snapshot moved(const sim::Snapshot& snapshot, double dt) {
+    sim::Snapshot result = snapshot;
+    result.time += dt;
+    for (sim::BodySnapshot& body : result.bodies) {
+        body.position += body.velocity * dt;
+        const double angle = body.angular_velocity.norm() * dt;
+        if (angle != 0.0) {
+            const sim::Vec3 axis = body.angular_velocity.normalized();
+            body.orientation = sim::Quat(Eigen::AngleAxisd(angle, axis)) * body.orientation;
+        }
+    }
+    return result;
+}
+
 const sim::CameraDef& find_camera(const sim::SceneDef& scene, const std::string& name) {
     std::string known;
     for (const sim::CameraDef& camera : scene.cameras) {

@@ -14,6 +14,9 @@ struct View {
     double fov_degrees = 40.0;            ///< vertical
 };
 
+/// The snapshot after the time dt [s], either way, in which all bodies keep their velocities.
+sim::Snapshot moved(const sim::Snapshot& snapshot, double dt);
+
 /// The camera called `name`; the first one if name is empty. Throws Error (usage) if there is none.
 const sim::CameraDef& find_camera(const sim::SceneDef& scene, const std::string& name);
 

@@ -11,6 +11,7 @@
 #include "sim/error.h"
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <ctime>
 #include <map>
@@ -433,6 +434,24 @@ Image Renderer::draw(const sim::Snapshot& snapshot) {
 
 const RenderTimes& Renderer::times() const {
     return impl_->times;
+}
+
+Image Renderer::draw_blurred(const sim::Snapshot& snapshot, double shutter, int count) {
+    CHECK(count >= 1);
+    std::vector<std::uint32_t> sum;
+    Image image;
+    for (int i = 0; i < count; ++i) {
+        image = draw(moved(snapshot, shutter * ((i + 0.5) / count - 0.5)));
+        sum.resize(image.rgb.size());
+        // Squares stand for light: close to the display's gamma of 2.2.
+        for (std::size_t k = 0; k < sum.size(); ++k) {
+            sum[k] += static_cast<std::uint32_t>(image.rgb[k]) * image.rgb[k];
+        }
+    }
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+        image.rgb[k] = static_cast<std::uint8_t>(std::sqrt(static_cast<double>(sum[k]) / count) + 0.5);
+    }
+    return image;
 }
 
 std::string Renderer::renderer_string() const {

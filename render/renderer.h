@@ -36,6 +36,10 @@ public:
     /// The picture depends on scene, settings and snapshot only. Throws Error (io) if OpenGL fails.
     Image draw(const sim::Snapshot& snapshot);
 
+    /// The mean of `count` >= 1 pictures over the time `shutter` [s] around the snapshot: what moves is
+    /// blurred. Bodies keep the snapshot's velocities meanwhile. Light is averaged, not display values.
+    Image draw_blurred(const sim::Snapshot& snapshot, double shutter, int count);
+
     /// Of the last picture; the passes are told apart only with measures_times.
     const RenderTimes& times() const;
 

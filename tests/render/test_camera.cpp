@@ -67,6 +67,21 @@ TEST(camera, follow_moves_with_its_body) {
     EXPECT_EQ(view_at(camera, 0.0).target, sim::Vec3(1, 2, 4));
 }
 
+TEST(camera, moved_snapshot_turns_and_drifts) {
+    sim::Snapshot snapshot;
+    snapshot.time = 1.0;
+    snapshot.bodies.resize(1);
+    snapshot.bodies[0].velocity = sim::Vec3(1, 2, 3);
+    snapshot.bodies[0].angular_velocity = sim::Vec3(0, 0, std::numbers::pi);
+    const sim::Snapshot later = render::moved(snapshot, 0.5);
+    EXPECT_EQ(later.time, 1.5);
+    EXPECT_EQ(later.bodies[0].position, sim::Vec3(0.5, 1.0, 1.5));
+    EXPECT_LT((later.bodies[0].orientation * sim::Vec3::UnitX() - sim::Vec3::UnitY()).norm(), 1e-12);
+    EXPECT_LT(
+        (render::moved(later, -0.5).bodies[0].orientation * sim::Vec3::UnitX() - sim::Vec3::UnitX()).norm(),
+        1e-12);
+}
+
 TEST(camera, is_found_by_name_and_the_first_without_one) {
     sim::SceneDef scene;
     scene.cameras = {moving_camera(), moving_camera()};

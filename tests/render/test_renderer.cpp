@@ -312,6 +312,31 @@ TEST(renderer, round_edges_before_the_sky_have_the_coverage_of_a_disc) {
     EXPECT_EQ(pixel(image, 60 - 19, 60)[1], sky);
 }
 
+// A white square that crosses a dark sky: while the shutter is open its edges run over `run` pixels.
+TEST(renderer, motion_blur_spreads_moving_edges_evenly) {
+    sim::SceneDef scene;
+    scene.light.sky_zenith = scene.light.sky_horizon = sim::Vec3(0, 0, 0);
+    scene.light.to_sun = sim::Vec3(0, -1, 0);
+    scene.bodies.push_back(sample::body(sim::Box{}, {}, {0.9, 0.9, 0.9}));
+    scene.bodies[0].velocity = sim::Vec3(10, 0, 0);
+    sample::set_camera(scene, {0, -10, 0}, {0, 0, 0}, 40);
+    render::Renderer renderer(scene, 160, 120);
+    const sim::Snapshot snapshot = sample::start(scene);
+    const render::Image sharp = renderer.draw(snapshot);
+    EXPECT_EQ(renderer.draw_blurred(snapshot, 0.02, 1).rgb, sharp.rgb);
+    const render::Image blurred = renderer.draw_blurred(snapshot, 0.02, 32);
+    // 0.2 m are 60 px * (0.2 / 9.5) / tan(20 degrees) = 3.5 px; the right edge rests at 80 + 8.7 px.
+    EXPECT_EQ(pixel(blurred, 80, 60), pixel(sharp, 80, 60));
+    const double full = std::pow(pixel(sharp, 80, 60)[1], 2);
+    double light = 0.0;
+    for (int x = 80; x < 100; ++x) {
+        light += std::pow(pixel(blurred, x, 60)[1], 2) / full;
+    }
+    EXPECT_NEAR(light, 60.0 * (0.5 / 9.5) / std::tan(20.0 * std::numbers::pi / 180.0), 0.2);
+    // The edge runs from 86.9 to 90.4 px: pixel 87 is covered for 0.84 of the time.
+    EXPECT_NEAR(std::pow(pixel(blurred, 87, 60)[1], 2) / full, 0.84, 0.05);
+}
+
 TEST(renderer, unknown_camera_is_a_usage_error_that_names_the_known_ones) {
     const sim::SceneDef scene = red_cube();
     try {
