@@ -192,15 +192,8 @@ void WorldState::plan(StepReport& report) {
     }
     for (int division = 0;; ++division) {
         const bool good = plan_interval(report);
-        if (settings.impacts == ImpactHandling::stop && stops < stop_limit) {
-            const std::optional<Impact> impact =
-                time_of_impact(bodies, contact_solver.velocity(), pairs, settings, interval);
-            if (impact && impact->time < (1.0 - shortest_interval) * interval) {
-                ++stops;
-                ++report.impacts_stopped_at;
-                plan_until_impact(*impact, report);
-                break;
-            }
+        if (stops_at_impacts() && stop_at_impact(report)) {
+            break;
         }
         if (good) {
             break;
@@ -213,6 +206,35 @@ void WorldState::plan(StepReport& report) {
         interval *= 0.5;
     }
     contact_solver.remember(pairs, joint_memory);
+}
+
+/// Are impacts waited for, rather than held ahead?
+bool WorldState::stops_at_impacts() const {
+    return settings.impacts == ImpactHandling::stop && stops < stop_limit;
+}
+
+/// Shortens the planned interval to its first impact. Returns false if there is none.
+bool WorldState::stop_at_impact(StepReport& report) {
+    const std::optional<Impact> impact =
+        time_of_impact(bodies, contact_solver.velocity(), pairs, settings, interval);
+    const std::optional<double> overlap = overlap_time();
+    if (!impact && !overlap) {
+        return false;
+    }
+    const bool by_feature = impact && (!overlap || impact->time <= *overlap);
+    const double time = by_feature ? impact->time : *overlap;
+    if (time >= (1.0 - shortest_interval) * interval) {
+        return false;
+    }
+    ++stops;
+    ++report.impacts_stopped_at;
+    if (by_feature) {
+        plan_until_impact(*impact, report);
+    } else {
+        interval = std::max(time, shortest_interval * h);
+        plan_interval(report);
+    }
+    return true;
 }
 
 /// Plans the interval that ends at an impact. Its end moves a little with the impulses of the shorter
@@ -240,19 +262,17 @@ void WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
 /// One solve over `interval`, checked on the geometry after the move. Returns false if it did not converge.
 bool WorldState::plan_interval(StepReport& report) {
     StepSettings used = settings;
-    if (stops >= stop_limit) {
-        used.impacts = ImpactHandling::ahead;
-    }
+    used.impacts = stops_at_impacts() ? ImpactHandling::stop : ImpactHandling::ahead;
     contact_solver.prepare(bodies, pairs, joints, joint_memory, used, interval);
     check_all = true;
     bool good = false;
-    for (int round = 0; round < repair_limit && !good; ++round) {
+    for (int round = 0; round < repair_limit; ++round) {
         const ContactSolveReport result = contact_solver.solve(bodies, pairs, joints);
         report.contact_iterations += result.iterations;
         report.residual = result.residual;
-        good = repair();
-        if (!result.converged) {
-            good = false;
+        const int repaired = repair();
+        good = result.converged && repaired == 0 && meeting.empty();
+        if (!result.converged || repaired == 0) {
             break;
         }
     }

@@ -1,11 +1,15 @@
 #include "sim/world_state.h"
 
+#include "sim/integrate.h"
 #include "sim/narrow_phase.h"
 
 #include <algorithm>
 
 namespace sim {
 namespace {
+
+/// Halvings of the bracket of a time of touch: to rounding.
+constexpr int bisections = 60;
 
 /// A body that moves beyond what its pairs were searched for is searched again with this much [-] to spare.
 constexpr double reach_growth = 1.5;
@@ -171,12 +175,14 @@ void WorldState::check_pairs() {
 }
 
 /// Gives each pair that would overlap by more than the tolerance the contacts found at the planned poses.
-/// Returns true if there was none.
-bool WorldState::repair() {
+/// Where the step stops at impacts, pairs that are apart now are left to overlap_time(). Returns the number
+/// of pairs repaired.
+int WorldState::repair() {
     check_pairs();
     const std::span<const Pose> planned = contact_solver.predicted();
     verified_penetration = 0.0;
-    bool good = true;
+    meeting.clear();
+    int repaired = 0;
     std::vector<Contact> contacts;
     std::vector<PairContacts> added;
     for (std::size_t k = 0; k < candidates.size(); ++k) {
@@ -184,10 +190,15 @@ bool WorldState::repair() {
         if (pair_penetration[k] <= settings.tolerance) {
             continue;
         }
-        good = false;
         const BodyPair& candidate = candidates[k];
         const auto a = static_cast<std::size_t>(candidate.a);
         const auto b = static_cast<std::size_t>(candidate.b);
+        if (stops_at_impacts() && separation(bodies.props[a].shape, bodies.pose[a], bodies.props[b].shape,
+                                             bodies.pose[b]) > touch_gap(settings)) {
+            meeting.push_back(candidate);
+            continue;
+        }
+        ++repaired;
         sim::find_contacts(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b], 0.0,
                            contacts);
         for (Contact& contact : contacts) {
@@ -208,7 +219,35 @@ bool WorldState::repair() {
         pairs.push_back(std::move(pair));
         contact_solver.add_contacts(bodies, pairs, static_cast<int>(pairs.size()) - 1);
     }
-    return good;
+    return repaired;
+}
+
+/// When the first of the pairs in `meeting` touches, the bodies moving freely with the velocities found [s];
+/// just before.
+std::optional<double> WorldState::overlap_time() const {
+    std::optional<double> earliest;
+    const std::span<const Velocity> velocity = contact_solver.velocity();
+    for (const BodyPair& pair : meeting) {
+        const auto a = static_cast<std::size_t>(pair.a);
+        const auto b = static_cast<std::size_t>(pair.b);
+        const auto separation_at = [&](double t) {
+            return separation(bodies.props[a].shape,
+                              free_motion(bodies.props[a], bodies.pose[a], velocity[a], settings.gravity, t),
+                              bodies.props[b].shape,
+                              free_motion(bodies.props[b], bodies.pose[b], velocity[b], settings.gravity, t));
+        };
+        double early = 0.0;
+        double late = earliest.value_or(interval);
+        if (separation_at(late) >= 0.0) {
+            continue;
+        }
+        for (int i = 0; i < bisections; ++i) {
+            const double middle = 0.5 * (early + late);
+            (separation_at(middle) >= 0.0 ? early : late) = middle;
+        }
+        earliest = early;
+    }
+    return earliest;
 }
 
 /// Takes the contacts of a pair out of the solve and puts others in their place.

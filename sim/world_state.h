@@ -9,6 +9,7 @@
 #include "sim/workers.h"
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 namespace sim {
@@ -49,7 +50,10 @@ struct WorldState {
     void plan(StepReport& report);
     void plan_until_impact(const Impact& impact, StepReport& report);
     bool plan_interval(StepReport& report);
-    bool repair();
+    int repair();
+    std::optional<double> overlap_time() const;
+    bool stops_at_impacts() const;
+    bool stop_at_impact(StepReport& report);
     double interval_left() const { return h * (1.0 - progress); }
     double margin_of(int a, int b) const;
     double reach_of(const BodyPair& pair) const;
@@ -66,6 +70,7 @@ struct WorldState {
     std::vector<Pose> checked_pose;       ///< planned poses when a body's pairs were last looked at
     bool check_all = true;                ///< they have not been looked at in this plan
     std::vector<double> pair_penetration; ///< [candidates] then [m]
+    std::vector<BodyPair> meeting;        ///< apart now, overlapping at the planned poses
     double verified_penetration = 0.0;    ///< [m] at the planned poses
     int stops = 0;                        ///< in the step under way
 
