@@ -16,6 +16,39 @@ sim::SceneDef weightless_scene(Rational h) {
     return scene;
 }
 
+TEST(law_impact, two_spheres_head_on_for_three_restitutions_and_unequal_masses) {
+    for (const double e : {0.0, 0.5, 1.0}) {
+        for (const double ratio : {1.0, 0.3, 7.0}) {
+            for (const auto impacts : {sim::ImpactHandling::stop, sim::ImpactHandling::ahead}) {
+                sim::SceneDef scene = weightless_scene(microseconds(1000));
+                scene.step.impacts = impacts;
+                add_sphere(scene, 0.1, {0, 0, 0}, material(e, 0.2), 1000.0);
+                add_sphere(scene, 0.1, {0.25, 0, 0}, material(e, 0.2), 1000.0 * ratio);
+                scene.bodies[0].velocity = Vec3(2, 0, 0);
+                scene.bodies[1].velocity = Vec3(-1, 0, 0);
+                const sim::Snapshot end = run_to(scene, 0.1);
+                const double m0 = 1.0, m1 = ratio, common = (2 * m0 - m1) / (m0 + m1);
+                const double v0 = common - e * 3.0 * m1 / (m0 + m1), v1 = common + e * 3.0 * m0 / (m0 + m1);
+                // One impulse in closed form: a few roundings, and the tolerance of the solve.
+                EXPECT_NEAR(end.bodies[0].velocity.x(), v0, 1e-10) << e << " " << ratio;
+                EXPECT_NEAR(end.bodies[1].velocity.x(), v1, 1e-10) << e << " " << ratio;
+                EXPECT_NEAR(end.bodies[0].velocity.tail<2>().norm(), 0.0, 1e-12);
+                // The touch is at 0.05 m / 3 m/s; stopped at its time, the positions are those of the closed
+                // form.
+                const double touch = 0.05 / 3.0, exact = 2 * touch + v0 * (0.1 - touch);
+                const double error = std::abs(end.bodies[0].position.x() - exact);
+                EXPECT_LT(error, impacts == sim::ImpactHandling::stop ? 1e-8 : 3.0 * 1e-3);
+                if (ratio == 0.3 && e == 0.5) {
+                    record({impacts == sim::ImpactHandling::stop ? "two spheres, impacts stopped"
+                                                                 : "two spheres, ahead",
+                            "position after the impact [m]", 1e-3, error,
+                            impacts == sim::ImpactHandling::stop ? 1e-8 : no_value});
+                }
+            }
+        }
+    }
+}
+
 /// A sphere meets a plane with normal speed v_n, tangential velocity v_t and spin w about the horizontal axis
 /// across it. Impulses: p_n = (1 + e) m v_n; to stop the slip u = v_t - w R takes 2/7 m u; friction gives it
 /// if it is below mu p_n.

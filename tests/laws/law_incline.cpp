@@ -155,6 +155,14 @@ TEST(law_incline, at_1001_thousandths_it_slides_with_the_closed_form_acceleratio
     }
 }
 
+TEST(law_incline, between_the_two_coefficients_rest_stays_and_motion_goes_on) {
+    const Slope slope{std::atan(0.35), 0.4, 0.3};
+    EXPECT_LT(creep(slope, block_scene(slope, microseconds(1000), 0.0), 0.5, 5.0), 1e-9);
+    const sim::SceneDef scene = block_scene(slope, microseconds(1000), 0.5);
+    const double t = 2.0, expected = 0.5 * t - 0.5 * slope.deceleration() * t * t;
+    EXPECT_NEAR(along(slope, scene, run_to(scene, t)) / expected, 1.0, 1e-5);
+}
+
 /// Dropped flat from `drop` [m] (along the normal) with velocity v0 down the slope. If every impact slides,
 /// the whole friction impulse is mu_d times the whole normal impulse, so the stop time is that of a block
 /// that started on the slope, v0 / a, and the path is longer by mu_d drop.
