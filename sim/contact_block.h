@@ -127,6 +127,9 @@ inline Vec2 tangential_velocity(const ContactPoint& point, const Vec6& twist) {
     return {twist[0] - twist[5] * point.y, twist[1] + twist[5] * point.x};
 }
 
+/// Relative twist that a unit wrench on the block causes, in its frame; held bodies count as immovable.
+Mat6 block_response(const ContactBlock& block, const Bodies& bodies, bool hold_a, bool hold_b);
+
 /// Adds the wrench (P, L) [N s], [N m s], given in the block's frame, to both bodies.
 void apply_wrench(const ContactBlock& block, const Vec6& wrench, std::span<const BodyProps> props,
                   std::span<const Mat3> inverse_inertia, std::span<Velocity> velocity);
