@@ -157,12 +157,15 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
     double last_interval = 0.0;
+    bool touches = false;
     for (int k = block.first; k < block.first + block.count; ++k) {
-        const RestingContact& resting = contacts_[static_cast<std::size_t>(k)];
-        last_interval =
-            std::max(last_interval, pair.memory[static_cast<std::size_t>(resting.index)].last_interval);
+        const auto i = static_cast<std::size_t>(contacts_[static_cast<std::size_t>(k)].index);
+        last_interval = std::max(last_interval, pair.memory[i].last_interval);
+        touches = touches || pair.manifold.contacts[i].at.gap <= settings_.tolerance;
     }
-    block.node_weight = node_weight(last_interval, h_);
+    // A block that is placed ahead of its impact takes its sliding direction after the impulse, as a
+    // collision does.
+    block.node_weight = touches ? node_weight(last_interval, h_) : 1.0;
     const double fall = -relative_gravity(bodies, pair.manifold, settings_).dot(block.frame.col(2));
     const double band = soft_band * settings_.tolerance;
     const double interval = impulse_interval(block.node_weight, h_);
