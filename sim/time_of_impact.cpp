@@ -3,6 +3,7 @@
 #include "sim/contact_solver.h"
 #include "sim/integrate.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sim {
@@ -25,8 +26,9 @@ double resting_threshold(const StepSettings& settings) {
 }
 
 double touch_gap(const StepSettings& settings) {
-    return settings.impacts == ImpactHandling::stop ? stop_gap_share * settings.tolerance
-                                                    : settings.tolerance;
+    return settings.impacts == ImpactHandling::stop
+               ? std::min(std::max(stop_gap_share * settings.tolerance, least_stop_gap), settings.tolerance)
+               : settings.tolerance;
 }
 
 bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& contact,

@@ -1,0 +1,97 @@
+#include "sim/error.h"
+#include "sim/scene_file.h"
+#include "sim/world.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+using namespace sim;
+
+namespace {
+
+/// 27 cubes, each turned a little, that fall on a floor and into each other.
+SceneDef heap_of_cubes() {
+    return parse_scene(R"(
+[simulation]
+time_step = "1/500"
+[[body]]
+name = "floor"
+shape = { kind = "plane" }
+static = true
+[[lattice]]
+name = "cube"
+count = [3, 3, 3]
+spacing = [1.3, 1.3, 1.3]
+origin = [0, 0, 0.9]
+turn_max_degrees = 10
+seed = 3
+[lattice.body]
+shape = { kind = "box", size = [1, 1, 1] }
+density = 1000
+friction = 0.4
+restitution = 0.3
+)",
+                       "heap.toml");
+}
+
+/// What a run of `steps` steps ends with.
+struct Outcome {
+    std::uint64_t hash = 0;
+    double max_penetration = 0.0;
+    int unconverged = 0;
+};
+
+Outcome run(const SceneDef& scene, int threads, int steps) {
+    World world(scene, threads);
+    Outcome outcome;
+    for (int i = 0; i < steps; ++i) {
+        const StepReport report = world.step();
+        outcome.max_penetration = std::max(outcome.max_penetration, report.max_penetration);
+        outcome.unconverged += report.at_iteration_limit;
+    }
+    outcome.hash = state_hash(world.take_snapshot());
+    return outcome;
+}
+
+} // namespace
+
+TEST(world, any_number_of_threads_gives_the_same_state) {
+    const SceneDef scene = heap_of_cubes();
+    const Outcome one = run(scene, 1, 300);
+    EXPECT_EQ(run(scene, 1, 300).hash, one.hash);
+    EXPECT_EQ(run(scene, 2, 300).hash, one.hash);
+    EXPECT_EQ(run(scene, 5, 300).hash, one.hash);
+}
+
+TEST(world, overlaps_stay_within_the_tolerance_in_every_reported_step) {
+    const SceneDef scene = heap_of_cubes();
+    const Outcome outcome = run(scene, 1, 500);
+    EXPECT_EQ(outcome.unconverged, 0);
+    EXPECT_LE(outcome.max_penetration, scene.step.tolerance);
+}
+
+TEST(world, time_is_the_step_index_times_the_step) {
+    World world(heap_of_cubes());
+    for (int i = 0; i < 7; ++i) {
+        world.step();
+    }
+    EXPECT_EQ(world.step_index(), 7);
+    EXPECT_EQ(world.time(), 7.0 / 500.0);
+}
+
+TEST(world, a_state_beyond_the_range_of_numbers_stops_the_run_and_names_the_body) {
+    SceneDef scene = heap_of_cubes();
+    scene.bodies.resize(2); // the floor and one cube
+    scene.bodies[1].velocity.z() = std::numeric_limits<double>::max();
+    try {
+        World world(scene);
+        world.step();
+        world.step();
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::stopped);
+        EXPECT_NE(std::string(error.what()).find("cube"), std::string::npos) << error.what();
+    }
+}
