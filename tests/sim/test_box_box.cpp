@@ -1,0 +1,241 @@
+#include "sim/box_box.h"
+#include "tests/sim/sample_bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+using namespace sim;
+
+namespace {
+
+/// Rounding of some tens of operations on lengths of about 1 m [m].
+constexpr double rounding = 1e-14;
+
+PlacedBox at(const Vec3& half_extents, const Pose& pose) {
+    return {Box{half_extents}, pose, Pose{}, pose};
+}
+
+PlacedBox cube_at(const Vec3& position, const Quat& orientation = Quat::Identity()) {
+    return at(Vec3::Constant(0.5), {position, orientation});
+}
+
+std::vector<Contact> contacts_of(const PlacedBox& a, const PlacedBox& b, double margin = 0.1) {
+    std::vector<Contact> contacts;
+    box_box_contacts(a, b, margin, 0, contacts);
+    return contacts;
+}
+
+std::vector<std::uint64_t> ids_of(const std::vector<Contact>& contacts) {
+    std::vector<std::uint64_t> ids;
+    for (const Contact& contact : contacts) {
+        ids.push_back(contact.feature.id);
+    }
+    std::ranges::sort(ids);
+    return ids;
+}
+
+Quat about(const Vec3& axis, double angle) {
+    return turned(Quat::Identity(), axis.normalized() * angle);
+}
+
+/// Largest separation over directions: of the fifteen axes' own formula, and for comparison of any n the gap
+/// between the boxes' shadows on it.
+double shadow_gap(const PlacedBox& a, const PlacedBox& b, const Vec3& n) {
+    const auto reach = [&](const PlacedBox& box) {
+        return (box.world_from_box.orientation.conjugate() * n).cwiseAbs().dot(box.box.half_extents);
+    };
+    return std::abs(n.dot(a.world_from_box.position - b.world_from_box.position)) - reach(a) - reach(b);
+}
+
+/// The corners of the overlap of two boxes' faces in the plane, seen from above.
+Vec3 lowest(const std::vector<Contact>& contacts) {
+    Vec3 lower = contacts.front().at.a;
+    for (const Contact& contact : contacts) {
+        lower = lower.cwiseMin(contact.at.a);
+    }
+    return lower;
+}
+Vec3 highest(const std::vector<Contact>& contacts) {
+    Vec3 upper = contacts.front().at.a;
+    for (const Contact& contact : contacts) {
+        upper = upper.cwiseMax(contact.at.a);
+    }
+    return upper;
+}
+
+} // namespace
+
+TEST(box_box, cube_on_cube_has_its_four_corners_as_contacts) {
+    for (const double gap : {0.05, 0.0, -0.05}) {
+        const auto contacts = contacts_of(cube_at(Vec3(0, 0, 1.0 + gap)), cube_at(Vec3::Zero()));
+        ASSERT_EQ(contacts.size(), 4u);
+        for (const Contact& contact : contacts) {
+            EXPECT_NEAR(contact.at.gap, gap, rounding);
+            EXPECT_EQ(contact.at.n, Vec3(0, 0, 1)); // from b, below, to a
+            EXPECT_NEAR(contact.at.a.z(), 0.5 + gap, rounding);
+            EXPECT_NEAR(contact.at.b.z(), 0.5, rounding);
+        }
+        EXPECT_LE((lowest(contacts).head<2>() + Vec3::Constant(0.5).head<2>()).norm(), rounding);
+        EXPECT_LE((highest(contacts).head<2>() - Vec3::Constant(0.5).head<2>()).norm(), rounding);
+    }
+}
+
+TEST(box_box, shifted_faces_touch_in_their_common_rectangle) {
+    const auto contacts = contacts_of(cube_at(Vec3(0.75, 0.25, 1.01)), cube_at(Vec3::Zero()));
+    ASSERT_EQ(contacts.size(), 4u);
+    // [0.25, 0.5] x [-0.25, 0.5]
+    EXPECT_LE((lowest(contacts) - Vec3(0.25, -0.25, 0.51)).norm(), 1e-6);
+    EXPECT_LE((highest(contacts) - Vec3(0.5, 0.5, 0.51)).norm(), 1e-6);
+}
+
+TEST(box_box, face_turned_by_45_degrees_touches_in_an_octagon) {
+    const auto contacts =
+        contacts_of(cube_at(Vec3(0, 0, 1.0), about(Vec3::UnitZ(), std::numbers::pi / 4)), cube_at(Vec3::Zero()));
+    ASSERT_EQ(contacts.size(), 8u);
+    // |x| + |y| = sqrt(1/2) meets |x| = 1/2; corners count as inside up to 1e-6 of the half width.
+    const double cut = std::sqrt(0.5) - 0.5;
+    for (const Contact& contact : contacts) {
+        const Vec3 x = contact.at.a.cwiseAbs();
+        EXPECT_NEAR(std::max(x.x(), x.y()), 0.5, 1e-6);
+        EXPECT_NEAR(std::min(x.x(), x.y()), cut, 1e-6);
+    }
+}
+
+TEST(box_box, crossing_edges_touch_in_one_point) {
+    // Each cube stands on an edge of the other: a's lower edge along x, b's upper edge along y.
+    const double half_diagonal = std::sqrt(0.5);
+    const double gap = 0.01;
+    const auto a = cube_at(Vec3(0.1, -0.2, 2.0 * half_diagonal + gap), about(Vec3::UnitX(), std::numbers::pi / 4));
+    const auto b = cube_at(Vec3::Zero(), about(Vec3::UnitY(), std::numbers::pi / 4));
+    const auto contacts = contacts_of(a, b);
+    ASSERT_EQ(contacts.size(), 1u);
+    EXPECT_EQ(contacts[0].feature.kind, FeatureKind::edges);
+    EXPECT_NEAR(contacts[0].at.gap, gap, rounding);
+    EXPECT_LE((contacts[0].at.n - Vec3(0, 0, 1)).norm(), rounding);
+    EXPECT_LE((contacts[0].at.a - Vec3(0, -0.2, half_diagonal + gap)).norm(), rounding);
+    EXPECT_LE((contacts[0].at.b - Vec3(0, -0.2, half_diagonal)).norm(), rounding);
+}
+
+TEST(box_box, corner_over_a_face_touches_there) {
+    // A cube on its corner: the diagonal is vertical.
+    const Quat on_corner = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ());
+    const auto contacts =
+        contacts_of(cube_at(Vec3(0.1, 0.2, 0.5 + std::sqrt(0.75) + 0.001), on_corner), cube_at(Vec3::Zero()), 0.01);
+    ASSERT_EQ(contacts.size(), 1u);
+    EXPECT_NEAR(contacts[0].at.gap, 0.001, rounding);
+    EXPECT_LE((contacts[0].at.b - Vec3(0.1, 0.2, 0.5)).norm(), rounding);
+}
+
+TEST(box_box, contacts_beyond_the_margin_are_left_out) {
+    const auto below = cube_at(Vec3::Zero());
+    EXPECT_EQ(contacts_of(cube_at(Vec3(0, 0, 1.009)), below, 0.01).size(), 4u);
+    EXPECT_TRUE(contacts_of(cube_at(Vec3(0, 0, 1.011)), below, 0.01).empty());
+    // Tilted by 0.02 rad about y: two corners within, two 0.02 m higher.
+    const auto tilted = cube_at(Vec3(0, 0, 1.012), about(Vec3::UnitY(), 0.02));
+    EXPECT_EQ(contacts_of(tilted, below, 0.01).size(), 2u);
+}
+
+TEST(box_box, exchanged_boxes_negate_the_normals_and_keep_the_gaps) {
+    Numbers numbers(1);
+    int touching = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const PlacedBox a = at(Vec3(0.5, 0.3, 0.2), numbers.pose(0.6));
+        const PlacedBox b = at(Vec3(0.2, 0.4, 0.6), numbers.pose(0.6));
+        const auto forward = contacts_of(a, b);
+        auto backward = contacts_of(b, a);
+        ASSERT_EQ(forward.size(), backward.size());
+        for (const Contact& contact : forward) {
+            // Its partner: the nearest one.
+            const auto nearest = std::ranges::min_element(backward, {}, [&](const Contact& other) {
+                return (other.at.b - contact.at.a).norm() + (other.at.a - contact.at.b).norm();
+            });
+            EXPECT_NEAR(nearest->at.gap, contact.at.gap, 1e-12); // 1 / sin^2 of the edges' angle is below 100
+            EXPECT_LE((nearest->at.n + contact.at.n).norm(), 1e-12);
+            ++touching;
+        }
+    }
+    EXPECT_GT(touching, 1000);
+}
+
+TEST(box_box, geometry_of_the_feature_is_that_of_the_contact) {
+    Numbers numbers(2);
+    for (int i = 0; i < 2000; ++i) {
+        const PlacedBox a = at(Vec3(0.5, 0.3, 0.2), numbers.pose(0.6));
+        const PlacedBox b = at(Vec3(0.2, 0.4, 0.6), numbers.pose(0.6));
+        for (const Contact& contact : contacts_of(a, b)) {
+            const ContactGeometry g = contact_geometry(contact.feature, a.world_from_body, b.world_from_body);
+            EXPECT_NEAR(g.gap, contact.at.gap, 1e-12);
+            EXPECT_LE((contact.at.a - contact.at.b - contact.at.gap * contact.at.n).norm(), 1e-12);
+        }
+    }
+}
+
+TEST(box_box, aligned_boxes_keep_their_features_through_tiny_motions) {
+    const auto below = cube_at(Vec3::Zero());
+    const auto ids = ids_of(contacts_of(cube_at(Vec3(0, 0, 1)), below));
+    ASSERT_EQ(ids.size(), 4u);
+    EXPECT_EQ(std::ranges::adjacent_find(ids), ids.end()) << "ids are not unique";
+    Numbers numbers(3);
+    for (int i = 0; i < 200; ++i) {
+        // 1e-8 m and rad: well below the 1e-7 by which a face is preferred and 1e-6 for clipping.
+        const Pose moved{Vec3(0, 0, 1) + numbers.vector(1e-8), about(numbers.direction(), 1e-8)};
+        EXPECT_EQ(ids_of(contacts_of(at(Vec3::Constant(0.5), moved), below)), ids);
+    }
+}
+
+TEST(box_box, ids_are_unique_within_a_manifold) {
+    Numbers numbers(4);
+    for (int i = 0; i < 2000; ++i) {
+        const PlacedBox a = at(Vec3(0.5, 0.3, 0.2), numbers.pose(0.5));
+        const auto ids = ids_of(contacts_of(a, at(Vec3(0.2, 0.4, 0.6), numbers.pose(0.5))));
+        EXPECT_EQ(std::ranges::adjacent_find(ids), ids.end());
+    }
+}
+
+/// No direction separates the boxes more than the fifteen axes when they overlap (separating axis theorem),
+/// and the normal of the contacts attains that separation.
+TEST(box_box, separation_of_overlapping_boxes_is_the_least_depth_over_all_directions) {
+    Numbers numbers(5);
+    int overlapping = 0;
+    for (int i = 0; i < 300; ++i) {
+        const PlacedBox a = at(Vec3(0.5, 0.3, 0.2), numbers.pose(0.4));
+        const PlacedBox b = at(Vec3(0.2, 0.4, 0.6), numbers.pose(0.4));
+        const double s = box_box_separation(a, b);
+        if (s >= 0.0) {
+            continue;
+        }
+        ++overlapping;
+        for (int k = 0; k < 200; ++k) {
+            EXPECT_LE(shadow_gap(a, b, numbers.direction()), s + rounding);
+        }
+        const auto contacts = contacts_of(a, b);
+        ASSERT_FALSE(contacts.empty());
+        EXPECT_NEAR(shadow_gap(a, b, contacts.front().at.n), s, 1e-6); // a face is preferred by 1e-7 of 0.6 m
+        double deepest = 0.0;
+        for (const Contact& contact : contacts) {
+            deepest = std::min(deepest, contact.at.gap);
+        }
+        EXPECT_NEAR(deepest, s, 1e-6);
+    }
+    EXPECT_GT(overlapping, 100);
+}
+
+TEST(box_box, id_base_and_body_frames_of_parts_are_kept) {
+    // The same cube as a part that sits 2 m along x in its body, which is turned.
+    const Quat turn = about(Vec3::UnitZ(), 0.3);
+    PlacedBox a = cube_at(Vec3(0, 0, 1.01));
+    a.body_from_box = {Vec3(2, 0, 0), turn};
+    a.world_from_body = {Vec3(0, 0, 1.01) - turn.conjugate() * Vec3(2, 0, 0), turn.conjugate()};
+    const PlacedBox b = cube_at(Vec3::Zero());
+    std::vector<Contact> contacts;
+    const std::uint64_t id_base = std::uint64_t{5} << 32;
+    box_box_contacts(a, b, 0.1, id_base, contacts);
+    ASSERT_EQ(contacts.size(), 4u);
+    for (const Contact& contact : contacts) {
+        EXPECT_EQ(contact.feature.id >> 32, 5u);
+        EXPECT_NEAR(contact_geometry(contact.feature, a.world_from_body, b.world_from_body).gap, 0.01, rounding);
+    }
+}

@@ -1,0 +1,48 @@
+#include "sim/workers.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <vector>
+
+using namespace sim;
+
+TEST(workers, every_index_is_visited_once_for_any_number_of_threads) {
+    for (int threads = 1; threads <= 4; ++threads) {
+        Workers workers(threads);
+        for (const std::size_t count : {0u, 1u, 2u, 3u, 5u, 97u, 1000u}) {
+            std::vector<int> visits(count, 0);
+            std::atomic<bool> in_range = true;
+            workers.run(count, [&](std::size_t first, std::size_t last) {
+                in_range = in_range && first <= last && last <= count;
+                for (std::size_t i = first; i < last; ++i) {
+                    ++visits[i];
+                }
+            });
+            EXPECT_TRUE(in_range);
+            EXPECT_EQ(visits, std::vector<int>(count, 1)) << threads << " threads";
+        }
+    }
+}
+
+/// The caller sees what all threads wrote, loop after loop.
+TEST(workers, loops_in_a_row_build_on_each_other) {
+    Workers workers(3);
+    std::vector<int> values(50, 0);
+    for (int loop = 0; loop < 500; ++loop) {
+        const std::vector<int> before = values;
+        workers.run(values.size(), [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) {
+                values[i] = before[values.size() - 1 - i] + 1;
+            }
+        });
+    }
+    EXPECT_EQ(values, std::vector<int>(50, 500));
+}
+
+TEST(workers, threads_that_never_worked_end) {
+    for (int threads = 1; threads <= 4; ++threads) {
+        const Workers workers(threads);
+    }
+    SUCCEED();
+}
