@@ -42,7 +42,8 @@ TEST(impulse, response_is_symmetric_and_positive) {
         const Sample s(seed);
         const Mat3 k = response(s.inverse_mass, s.inverse_inertia, s.r, s.r);
         EXPECT_LE((k - k.transpose()).norm(), rounding * k.norm());
-        EXPECT_GE(Eigen::SelfAdjointEigenSolver<Mat3>(k).eigenvalues().minCoeff(), s.inverse_mass * (1.0 - 1e-12));
+        EXPECT_GE(Eigen::SelfAdjointEigenSolver<Mat3>(k).eigenvalues().minCoeff(),
+                  s.inverse_mass * (1.0 - 1e-12));
         // Two points of one body: what x feels of y is the transpose of what y feels of x.
         const Vec3 other(0.3, -0.7, 0.2);
         const Mat3 across = response(s.inverse_mass, s.inverse_inertia, s.r, other);
