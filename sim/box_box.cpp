@@ -282,7 +282,9 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, double margin, std
         if (contacts.back().at.n.dot(face_normal) < nearly_parallel) {
             return;
         }
-        contacts.back().at.n = face_normal;
+        ContactGeometry& at = contacts.back().at;
+        at.n = face_normal;
+        at.b = at.a - at.gap * at.n;
     }
     if (reference_is_a) {
         face_contacts(a, b, true, face_a, margin, id_base, contacts);
