@@ -1,0 +1,143 @@
+#include "sim/contact_solver.h"
+#include "sim/narrow_phase.h"
+#include "tests/sim/sample_bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+using namespace sim;
+
+namespace {
+
+constexpr double h = 1e-3; ///< [s]
+constexpr double g = 10.0; ///< [m/s^2]
+
+/// Cubes of side 1 m and mass 1000 kg stacked with gaps of `gap` [m] on a plane.
+struct Stack {
+    Bodies bodies;
+    std::vector<PairContacts> pairs;
+    StepSettings settings{.gravity = Vec3(0, 0, -g), .tolerance = 1e-7};
+    ContactSolver solver;
+    ContactSolveReport report;
+
+    explicit Stack(int count, double gap = 0.0) {
+        for (int i = 0; i < count; ++i) {
+            add_body(bodies, make_props(Box{}, 1000.0),
+                     {Vec3(0, 0, 0.5 + gap + i * (1.0 + gap)), Quat::Identity()});
+        }
+        add_body(bodies, make_props(Plane{}, 0.0), Pose{});
+        pair(0, count);
+        for (int i = 1; i < count; ++i) {
+            pair(i - 1, i);
+        }
+    }
+    void pair(int a, int b) {
+        PairContacts& found = pairs.emplace_back();
+        found.manifold.body_a = a;
+        found.manifold.body_b = b;
+        const auto ia = static_cast<std::size_t>(a);
+        const auto ib = static_cast<std::size_t>(b);
+        find_contacts(bodies.props[ia].shape, bodies.pose[ia], bodies.props[ib].shape, bodies.pose[ib], 1e-3,
+                      found.manifold.contacts);
+        for (const Contact& contact : found.manifold.contacts) {
+            found.memory.push_back({.id = contact.feature.id, .core_a = contact.feature.core_a});
+        }
+    }
+    void solve() {
+        solver.prepare(bodies, pairs, {}, {}, settings, h);
+        report = solver.solve(bodies, pairs, {});
+        solver.remember(pairs, {});
+    }
+    double load(std::size_t pair) const {
+        double sum = 0.0;
+        for (const ContactMemory& memory : pairs[pair].memory) {
+            sum += memory.p_n;
+        }
+        return sum;
+    }
+};
+
+} // namespace
+
+TEST(contact_solver, gaps_at_the_end_of_the_step_are_closed) {
+    Stack stack(3);
+    stack.solve();
+    EXPECT_TRUE(stack.report.converged);
+    EXPECT_LE(stack.report.residual, stack.settings.tolerance);
+    EXPECT_EQ(stack.solver.contact_count(), 12);
+    for (std::size_t i = 0; i < 3; ++i) {
+        // Each of up to three gaps below is within the tolerance.
+        EXPECT_NEAR(stack.solver.predicted()[i].position.z(), 0.5 + static_cast<double>(i),
+                    3.0 * stack.settings.tolerance);
+    }
+    EXPECT_EQ(stack.solver.velocity()[3].v, Vec3::Zero());
+}
+
+/// From rest, closed gaps stay closed with m g h / 2: the impulse acts at t0, gravity over the step.
+TEST(contact_solver, a_floor_carries_the_weight_of_all_above_it) {
+    Stack stack(3);
+    stack.solve();
+    const double unit = 1000.0 * g * h / 2.0;
+    const double error = 3.0 * 1000.0 * stack.settings.tolerance / h; // gap errors of three bodies over h
+    EXPECT_NEAR(stack.load(0), 3.0 * unit, error);
+    EXPECT_NEAR(stack.load(1), 2.0 * unit, error);
+    EXPECT_NEAR(stack.load(2), 1.0 * unit, error);
+}
+
+TEST(contact_solver, corners_of_a_resting_face_carry_equal_shares) {
+    Stack stack(1);
+    stack.solve();
+    for (const ContactMemory& memory : stack.pairs[0].memory) {
+        EXPECT_NEAR(memory.p_n, 1000.0 * g * h / 8.0, 1e-9);
+        EXPECT_EQ(memory.p_t.norm(), 0.0);
+    }
+}
+
+TEST(contact_solver, a_body_that_leaves_is_not_held) {
+    Stack stack(1);
+    stack.bodies.velocity[0].v.z() = 1.0;
+    stack.solve();
+    EXPECT_EQ(stack.load(0), 0.0);
+    EXPECT_EQ(stack.solver.velocity()[0].v, Vec3(0, 0, 1));
+}
+
+TEST(contact_solver, dropped_contacts_give_their_impulses_back) {
+    Stack stack(1);
+    stack.solve();
+    EXPECT_GT(stack.solver.velocity()[0].v.z(), 0.0);
+    stack.solver.drop_contacts(stack.bodies, 0);
+    EXPECT_NEAR(stack.solver.velocity()[0].v.z(), 0.0, 1e-15);
+}
+
+TEST(contact_solver, without_contacts_bodies_move_freely) {
+    Stack stack(1, 1.0);
+    stack.bodies.velocity[0] = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
+    stack.solve();
+    const Pose free = free_motion(stack.bodies.props[0], stack.bodies.pose[0], stack.bodies.velocity[0],
+                                  stack.settings.gravity, h);
+    EXPECT_EQ(stack.solver.predicted()[0].position, free.position);
+    EXPECT_EQ(stack.solver.contact_count(), 0);
+}
+
+TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
+    Stack stack(1);
+    std::vector<ContactMemory> old = stack.pairs[0].memory;
+    for (std::size_t i = 0; i < 4; ++i) {
+        old[i].p_n = static_cast<double>(i + 1);
+    }
+    std::ranges::reverse(old);
+    match_memory(old, stack.pairs[0], 0.01);
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_EQ(stack.pairs[0].memory[i].p_n, static_cast<double>(i + 1));
+    }
+    for (ContactMemory& memory : old) {
+        memory.id += 1000; // other features, 1 mm away
+        memory.core_a.x() += 1e-3;
+    }
+    match_memory(old, stack.pairs[0], 0.01);
+    EXPECT_EQ(stack.pairs[0].memory[2].p_n, 3.0);
+    EXPECT_EQ(stack.pairs[0].memory[2].id, stack.pairs[0].manifold.contacts[2].feature.id);
+    match_memory(old, stack.pairs[0], 1e-4); // out of reach
+    EXPECT_EQ(stack.pairs[0].memory[2].p_n, 0.0);
+}
