@@ -175,7 +175,6 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         RestingContact& resting = contacts_[static_cast<std::size_t>(k)];
         const ContactGeometry& at = pair.manifold.contacts[static_cast<std::size_t>(resting.index)].at;
         const ContactMemory& memory = pair.memory[static_cast<std::size_t>(resting.index)];
-        resting.block = block_index;
         resting.is_ahead = at.gap > settings_.tolerance;
         resting.u_n_before = normal_velocity(point, twist);
         const double approach = std::max(-resting.u_n_before, 0.0);

@@ -15,10 +15,9 @@ struct ContactMemory {
     Vec3 p_t = Vec3::Zero();    ///< [N s], world
     double interval = 0.0;      ///< time those impulses stood for [s]
     double owed = 0.0;          ///< share [-] of them that the velocities before the next impulses still lack
-    double last_interval =
-        0.0; ///< [s] moved since; 0: the velocities lack nothing (a new contact, or after an impact)
+    double last_interval = 0.0; ///< [s] moved since; 0: they lack nothing (new, or after an impact)
     bool is_sticking = false;
-    Vec3 slip = Vec3::Zero();    ///< d_t left over while sticking [m], world (method, sec. 5, "Creep")
+    Vec3 slip = Vec3::Zero();    ///< d_t left over while sticking [m], world: without it a block creeps
     Vec3 sliding = Vec3::Zero(); ///< mean sliding velocity of the step [m/s], world
     double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
     double energy_taken = 0.0;   ///< [J] taken away with it
@@ -43,7 +42,6 @@ void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std
 
 /// A resting contact in the solve, beside its ContactPoint.
 struct RestingContact {
-    int block = -1;              ///< index of its block
     int pair = -1;               ///< index into the pairs
     int index = -1;              ///< index into the pair's contacts
     double gap_target = 0.0;     ///< [m] at t0 + h

@@ -48,8 +48,8 @@ inline Vec2 stopping_sum(const Vec2& sum, const Vec2& u_t, const Mat2& K_tt_inve
 
 /// The friction impulse sum of a sliding contact: of length mu_d p_n, against the sliding direction (eq. 4).
 /// It is the projection of sum - u_t / k_t on the disc of radius mu_d p_n, whose fixed point is exactly
-/// antiparallel to u_t; friction given before therefore comes down again when a later iteration lowers p_n
-/// (method, sec. 5). radius = mu_d * sum p_n [N s];  k_t [1/kg]: largest eigenvalue of K_tt.
+/// antiparallel to u_t; friction given before therefore comes down again when a later iteration lowers p_n.
+/// radius = mu_d * sum p_n [N s];  k_t [1/kg]: largest eigenvalue of K_tt.
 inline Vec2 sliding_sum(const Vec2& sum, const Vec2& u_t, double k_t, double radius) noexcept {
     const Vec2 p = sum - u_t / k_t;
     const double length = p.norm();

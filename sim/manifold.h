@@ -55,8 +55,7 @@ struct Manifold {
     std::vector<Contact> contacts;
 };
 
-/// Geometry of a feature at the poses of its bodies. The gap is what the *geometry* says there (method, sec.
-/// 5): a ball turns without changing it.
+/// Geometry of a feature at the poses of its bodies. The gap is what the *geometry* says there: a ball turns without changing it.
 ContactGeometry contact_geometry(const ContactFeature& feature, const Pose& a, const Pose& b);
 
 /// True where the surface is curved: a point fixed to the body leaves it within a step.
