@@ -10,6 +10,9 @@ namespace {
 /// Projections within one friction solve: more gain little, the loop over the blocks goes on anyway.
 constexpr int projection_rounds = 4;
 
+/// Projections end when they change the velocities by less than this share [-] of the first change.
+constexpr double settled = 1e-3;
+
 /// Rounds of the point-by-point loop where the active-set search of a block fails.
 constexpr int fallback_rounds = 20;
 
@@ -328,6 +331,10 @@ double solve_friction(const ContactBlock& block, Points points, const Mat6& w, V
     for (int round = 0; round < projection_rounds; ++round) {
         for (std::size_t i = 0; i < points.size(); ++i) {
             const ContactPoint& p = points[i];
+            if (p.p_n == 0.0) {
+                impulse[i].setZero();
+                continue;
+            }
             const Vec2 u_t = tangential_velocity(p, twist);
             const Vec2 slip = u_t - p.u_t_target;
             // A marked contact at its limit still holds against the slip of this step. A sliding one acts
@@ -341,14 +348,14 @@ double solve_friction(const ContactBlock& block, Points points, const Mat6& w, V
                                        ? slip
                                        : Vec2(slip + (moving / (moving + stopped)) * (u_t0 - slip));
             // Steps in proportion to the load: together they act as one step of the whole block.
-            const double k_t = block.k_t * load / std::max(p.p_n, 1e-300);
+            const double k_t = block.k_t * load / p.p_n;
             const Vec2 stopping = p.p_t - slip / k_t;
             impulse[i] =
                 can_stick(stopping, p.p_n, mu) ? stopping : sliding_sum(p.p_t, u_sliding, k_t, mu * p.p_n);
         }
         const double change = set_friction(points, impulse, w, twist, wrench);
         largest = std::max(largest, change);
-        if (change <= 1e-3 * largest) {
+        if (change <= settled * largest) {
             break;
         }
     }

@@ -74,12 +74,12 @@ void BroadPhase::find_pairs(std::span<const Bounds> boxes, std::vector<BodyPair>
         }
     };
     pairs.clear();
-    cell_size_ = 0.0;
+    double cell_size = 0.0; // [m], at least the largest enlarged box
     for (const int i : small_) {
-        cell_size_ = std::max(cell_size_, (box(i).upper - box(i).lower).maxCoeff());
+        cell_size = std::max(cell_size, (box(i).upper - box(i).lower).maxCoeff());
     }
     const auto cell_of = [&](int i) {
-        const Vec3 x = box(i).lower / cell_size_;
+        const Vec3 x = box(i).lower / cell_size;
         return std::array{cell_index(x.x()), cell_index(x.y()), cell_index(x.z())};
     };
     cells_.clear();

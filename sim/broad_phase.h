@@ -33,7 +33,6 @@ private:
     std::vector<int> small_; ///< bodies that fit the grid
     std::vector<int> large_;
     std::vector<char> is_static_;        ///< [body_count]
-    double cell_size_ = 1.0;             ///< [m], at least the largest enlarged box of `small_` in this step
     std::vector<Cell> cells_;            ///< sorted by key, then body
     std::vector<std::int32_t> first_of_; ///< hash table: slot of a key -> index of its first cell, or -1
 };

@@ -178,6 +178,7 @@ double ContactBlocks::sweep(const Bodies& bodies, std::span<Velocity> velocity, 
 }
 
 void ContactBlocks::wake() {
+    activity.assign(activity.size(), 0.0);
     for (ContactBlock& block : blocks) {
         block.seen_a = -1.0;
     }

@@ -45,9 +45,12 @@ double impulse_interval(double node_weight, double h) {
     return node_weight < 1.0 ? 0.5 * h / (1.0 - node_weight) : h;
 }
 
-/// Is the friction of a loaded contact as large as mu p_n? To rounding.
+/// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
+constexpr double limit_rounding = 1e-9;
+
+/// Is the friction of a loaded contact as large as mu p_n?
 bool is_at_limit(const ContactPoint& point, double mu) {
-    return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - 1e-9) * mu * point.p_n;
+    return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - limit_rounding) * mu * point.p_n;
 }
 
 /// Gravity on a less that on b [m/s^2]; a static body has none.

@@ -46,7 +46,6 @@ public:
     void prepare(const Bodies& bodies, std::span<const Joint> joints);
 
     bool empty() const { return rows_.empty(); }
-    int row_count() const { return static_cast<int>(rows_.size()); }
 
     /// Targets: every joint point at rest relative to its partner (collisions).
     void target_rest();
