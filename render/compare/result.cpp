@@ -1,6 +1,6 @@
 #include "render/compare/result.h"
 
-namespace compare {
+namespace diff {
 
 const char* name_of(Tier tier) {
     constexpr const char* names[] = {"identical", "noise", "changed"};
@@ -28,4 +28,4 @@ const char* name_of(BodyChange::Kind kind) {
     return names[static_cast<int>(kind)];
 }
 
-} // namespace compare
+} // namespace diff

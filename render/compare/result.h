@@ -1,14 +1,14 @@
 #pragma once
-/// What a comparison has found, as plain data: cases, their frames, gates, clusters of differing pixels, bodies.
-/// The verdict is in the tiers and statuses; everything else explains it. README.md in this folder has the same
-/// as JSON.
+/// What a comparison has found, as plain data: cases, their frames, gates, clusters of differing pixels,
+/// bodies. The verdict is in the tiers and statuses; everything else explains it. README.md in this folder has
+/// the same as JSON. (The namespace is no `compare`: that name is a function in headers of libraries.)
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace compare {
+namespace diff {
 
 /// How far two pictures are apart; the larger, the worse.
 enum class Tier {
@@ -108,8 +108,8 @@ struct Frame {
     std::vector<Gate> gates;          ///< empty if identical or not compared
     std::vector<Cluster> clusters;    ///< the largest 16 at most, largest first
     std::vector<BodyChange> bodies;   ///< the largest 16 at most
-    /// Pictures for review, relative to the folder of the report; empty if there is none. An identical frame and
-    /// the frames of a long sequence beyond the worst ones have none.
+    /// Pictures for review, relative to the folder of the report; empty if there is none. An identical frame
+    /// and the frames of a long sequence beyond the worst ones have none.
     std::string reference_picture;
     std::string candidate_picture;
     std::string difference_picture;
@@ -174,4 +174,4 @@ const char* name_of(Cause cause);
 const char* name_of(ClusterKind kind);
 const char* name_of(BodyChange::Kind kind);
 
-} // namespace compare
+} // namespace diff
