@@ -1,6 +1,6 @@
 #include "tests/page/sample_report.h"
 
-#include "render/compare/report.h"
+#include "render/compare/report_page.h"
 #include "render/image.h"
 #include "render/video_writer.h"
 #include "sim/file_io.h"

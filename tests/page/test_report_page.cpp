@@ -1,5 +1,5 @@
 /// What a person does on the page of a comparison, done in a real browser.
-#include "render/compare/report.h"
+#include "render/compare/report_page.h"
 #include "sim/file_io.h"
 #include "tests/page/browser.h"
 #include "tests/page/sample_report.h"

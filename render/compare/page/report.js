@@ -190,6 +190,8 @@ function open_case(index, frame) {
 }
 
 function close_case() {
+    if (report.cases.length === 1)
+        return;
     document.body.classList.remove('in_case');
     history.replaceState(null, '', '#');
     by_id('cases').querySelector('[aria-current=true]')?.focus();

@@ -185,6 +185,8 @@ const key_row = ([key, text]) => make('tr', {}, make('td', {}, make('kbd', {}, k
 by_id('keys').append(...keys.map(([key, text]) => key_row([key_names[key] || key.toUpperCase(), text])),
                      key_row(['Shift + arrows', 'Pixel beside the marked one']));
 listen();
-if (!open_hash() && sorted_cases.length > 0 && !matchMedia('(max-width: 820px)').matches) {
+// A list of one case says nothing that the case does not.
+const is_single = report.cases.length === 1;
+document.body.classList.toggle('single', is_single);
+if (!open_hash() && report.cases.length > 0 && (is_single || !matchMedia('(max-width: 820px)').matches))
     open_case(sorted_cases[0].index);
-}

@@ -1,4 +1,4 @@
-#include "render/compare/report.h"
+#include "render/compare/report_page.h"
 
 #include "render/compare/page.h"
 #include "sim/error.h"
