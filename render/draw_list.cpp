@@ -224,7 +224,8 @@ LightBlock make_light(const sim::LightDef& light, const std::vector<Floor>& floo
     block.sky_horizon = to_glm(Vec3(light.sky_horizon * light.sky_intensity));
     block.ground = block.sky_horizon;
     if (!floors.empty()) {
-        const glm::vec3 mean_sky = glm::mix(block.sky_zenith, block.sky_horizon, 1.0f / 6.0f);
+        // As ambient_irradiance of shaders/common_light.glsl for what looks up.
+        const glm::vec3 mean_sky = 0.5f * (block.sky_zenith + block.sky_horizon);
         block.ground = floors.front().color * (block.sun * std::max(block.to_sun.z, 0.0f) + mean_sky);
     }
     return block;

@@ -90,6 +90,14 @@ Target make_target(int width, int height) {
     return target;
 }
 
+/// From clip coordinates (-1..1 across, 0..1 in depth) to texture coordinates.
+glm::mat4 texture_from_clip() {
+    glm::mat4 result(1.0f);
+    result[0][0] = result[1][1] = 0.5f;
+    result[3][0] = result[3][1] = 0.5f;
+    return result;
+}
+
 /// Processor time of this thread [ms].
 double thread_ms() {
     timespec t{};
@@ -243,14 +251,10 @@ struct Renderer::Impl {
         upload_texels(boxes, list.boxes.data(), list.boxes.size() * sizeof(Instance));
         upload_texels(mirrored, list.mirrored.data(), list.mirrored.size() * sizeof(Instance));
 
-        // From clip coordinates (-1..1 across, 0..1 in depth) to texture coordinates.
-        glm::mat4 texture_from_clip(1.0f);
-        texture_from_clip[0][0] = texture_from_clip[1][1] = 0.5f;
-        texture_from_clip[3][0] = texture_from_clip[3][1] = 0.5f;
         FrameBlock block{};
         block.clip_from_world = list.camera.clip_from_world;
         block.world_from_clip = list.camera.world_from_clip;
-        block.shadow_from_world = texture_from_clip * list.shadow.clip_from_world;
+        block.shadow_from_world = texture_from_clip() * list.shadow.clip_from_world;
         block.eye = glm::vec4(list.camera.eye, exposure);
         block.to_sun = glm::vec4(list.light.to_sun, list.shadow.texel_size);
         block.sun = glm::vec4(list.light.sun, static_cast<float>(viewport.shadow_size));
@@ -387,6 +391,29 @@ struct Renderer::Impl {
         }
     }
 
+    /// What shaders/floor.frag would otherwise compute anew for each pixel.
+    void set_floor_light(const Program& program, const Floor& floor, const DrawList& list) const {
+        const FloorFrame& frame = floor.frame;
+        const LightBlock& light = list.light;
+        const glm::vec2 per_line(1.0f / list.grid_spacing);
+        program.set("grid_place", glm::vec4(per_line, floor.grid_origin * per_line));
+        program.set("color_root", glm::sqrt(floor.color));
+        program.set("line_color_root", glm::sqrt(floor.line_color));
+        program.set("sun_radiance", light.sun * std::max(glm::dot(frame.normal, light.to_sun), 0.0f));
+        // ambient_irradiance() of shaders/common_light.glsl.
+        const float up = 0.5f + 0.5f * frame.normal.z;
+        program.set("ambient_radiance", glm::mix(light.ground, light.sky_horizon, up) +
+                                            (light.sky_zenith - light.sky_horizon) * (0.5f * up * up));
+        // sunlight() of shaders/common_shadow.glsl.
+        const glm::mat4 map_from_world = texture_from_clip() * list.shadow.clip_from_world;
+        const glm::vec3 lifted = frame.origin + frame.normal * (list.shadow.texel_size * 0.35f);
+        program.set("shadow_origin", glm::vec3(map_from_world * glm::vec4(lifted, 1.0f)));
+        program.set("shadow_along", glm::mat3(map_from_world) * frame.tangent);
+        program.set("shadow_across", glm::mat3(map_from_world) * frame.across());
+        const float height = glm::dot(list.camera.eye - frame.origin, frame.normal);
+        program.set("eye_place", glm::vec3(frame.place(list.camera.eye), height * height));
+    }
+
     void draw_floor(const Floor& floor, const DrawList& list) {
         glActiveTexture(GL_TEXTURE0 + unit::occlusion_floor);
         glBindTexture(GL_TEXTURE_2D, occlusion_floor.get());
@@ -402,12 +429,10 @@ struct Renderer::Impl {
             program.set("origin", floor.frame.origin);
             program.set("tangent", floor.frame.tangent);
             program.set("normal", floor.frame.normal);
-            program.set("grid_origin", floor.grid_origin);
             program.set("corners", floor.region);
             program.set("ring_scale", floor.ring_scale);
-            program.set("color", floor.color);
-            program.set("line_color", floor.line_color);
             program.set("id", floor.id);
+            set_floor_light(program, floor, list);
             (is_inside ? floor_inside : floor_ring).draw(0, 1);
         }
     }

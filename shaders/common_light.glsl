@@ -1,16 +1,18 @@
 // Sun, sky and tone curve. Radiance in units where a white matte surface shows sun * (n . l).
 
-// Radiance of the sky towards a unit direction with z >= 0.
+// Radiance of the sky towards a unit direction: bright above like the lamps of a studio, the horizon's colour behind.
 vec3 sky_radiance(float z) {
-    float t = 1.0 - clamp(z, 0.0, 1.0);
-    return mix(frame.sky_zenith.rgb, frame.sky_horizon.rgb, t * t);
+    float up = clamp(z, 0.0, 1.0);
+    return mix(frame.sky_horizon.rgb, frame.sky_zenith.rgb, up * up);
 }
 
-// Mean radiance a matte surface with normal n receives from sky and ground (irradiance / pi).
+// Mean radiance a matte surface with normal n receives from sky and ground (irradiance / pi). Of the hemisphere it
+// sees, the share (1 + n_z) / 2 is sky; the square of z in sky_radiance averages to (1 + n_z)^2 / 8: exact for
+// surfaces that look up, down or aside.
 vec3 ambient_irradiance(float n_z) {
-    // Cosine-weighted mean of sky_radiance over the upper hemisphere: (1 - z)^2 averages to 1/6.
-    vec3 sky = mix(frame.sky_zenith.rgb, frame.sky_horizon.rgb, 1.0 / 6.0);
-    return mix(frame.ground.rgb, sky, 0.5 + 0.5 * n_z);
+    float up = 0.5 + 0.5 * n_z;
+    return mix(frame.ground.rgb, frame.sky_horizon.rgb, up) +
+           (frame.sky_zenith.rgb - frame.sky_horizon.rgb) * (0.5 * up * up);
 }
 
 // Radiance a glossy surface of the given roughness mirrors from direction z: sky above, ground below, the

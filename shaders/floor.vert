@@ -4,13 +4,10 @@
 uniform vec3 origin;
 uniform vec3 tangent;
 uniform vec3 normal;
-uniform vec2 grid_origin;
 uniform vec2 corners[16];  // of the inner part [m]
 uniform float ring_scale;  // size of the ring over that of the inner part
 
-out vec3 world_position;
 out vec2 floor_position;   // from origin [m]
-out vec2 grid_position;    // [m]
 
 void main() {
     // Vertices 0..15 are the inner corners, 16..31 the same moved outwards.
@@ -20,7 +17,6 @@ void main() {
     }
     vec2 corner = corners[gl_VertexID & 15];
     floor_position = gl_VertexID < 16 ? corner : center + (corner - center) * ring_scale;
-    world_position = origin + tangent * floor_position.x + cross(normal, tangent) * floor_position.y;
-    grid_position = grid_origin + floor_position;
-    gl_Position = frame.clip_from_world * vec4(world_position, 1.0);
+    vec3 position = origin + tangent * floor_position.x + cross(normal, tangent) * floor_position.y;
+    gl_Position = frame.clip_from_world * vec4(position, 1.0);
 }

@@ -249,6 +249,10 @@ BodyDef read_body_template(Section& section) {
     body.pose.orientation = read_orientation(section);
     body.material = read_material(section);
     body.look = read_look(section);
+    if (std::holds_alternative<Plane>(body.shape)) {
+        body.look.color = section.has("color") ? body.look.color : floor_color;
+        body.look.pattern_color = section.has("pattern_color") ? body.look.pattern_color : floor_line_color;
+    }
     if (section.has("lathe")) {
         body.look.lathe = section.pairs("lathe");
         if (body.mass.centre_of_mass.head<2>() != Eigen::Vector2d::Zero()) {

@@ -45,8 +45,8 @@ enum class Pattern { plain, stripes, checker, grid };
 
 /// How a body looks.
 struct LookDef {
-    Vec3 color{0.7, 0.7, 0.7};                 ///< linear RGB 0..1
-    Vec3 pattern_color{0.15, 0.15, 0.15};      ///< linear RGB 0..1
+    Vec3 color{0.7, 0.7, 0.7};                 ///< linear RGB 0..1; a plane without one: floor_color
+    Vec3 pattern_color{0.15, 0.15, 0.15};      ///< linear RGB 0..1; a plane without one: floor_line_color
     Pattern pattern = Pattern::plain;
     double roughness = 0.5;                    ///< [-] 0.05..1
     double metallic = 0.0;                     ///< [-] 0..1
@@ -55,6 +55,10 @@ struct LookDef {
     /// bottom to top, z in the body frame (centre of mass at 0). Empty: the shape itself is drawn.
     std::vector<Eigen::Vector2d> lathe;
 };
+
+/// Colours of a plane whose scene names none: dark, so that bodies stand out.
+inline const Vec3 floor_color{0.045, 0.053, 0.068};
+inline const Vec3 floor_line_color{0.13, 0.15, 0.19};
 
 /// One body. Pose and velocities at t = 0.
 struct BodyDef {
@@ -109,9 +113,9 @@ struct CameraDef {
 struct LightDef {
     Vec3 to_sun{0.4, -0.5, 0.8};               ///< direction towards the sun, unit
     Vec3 sun_color{1.0, 0.96, 0.90};           ///< linear RGB
-    double sun_intensity = 3.0;                ///< [-] >= 0
-    Vec3 sky_zenith{0.34, 0.47, 0.70};         ///< linear RGB
-    Vec3 sky_horizon{0.92, 0.95, 1.00};       ///< linear RGB
+    double sun_intensity = 3.4;                ///< [-] >= 0
+    Vec3 sky_zenith{0.90, 0.95, 1.00};         ///< linear RGB
+    Vec3 sky_horizon{0.07, 0.10, 0.16};        ///< linear RGB
     double sky_intensity = 1.0;                ///< [-] >= 0
 };
 

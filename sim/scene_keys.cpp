@@ -59,10 +59,11 @@ const Keys material_keys{
 };
 
 const Keys look_keys{
-    {"color", color, "", "[0.7, 0.7, 0.7]", "of the surface", unit_interval, ""},
+    {"color", color, "", "[0.7, 0.7, 0.7]", "of the surface; a plane without one is dark", unit_interval, ""},
     {"pattern", choice, "", "\"plain\"", "drawn on the surface so that its turning is seen", any,
      "plain stripes checker grid"},
-    {"pattern_color", color, "", "[0.15, 0.15, 0.15]", "of the pattern", unit_interval, ""},
+    {"pattern_color", color, "", "[0.15, 0.15, 0.15]", "of the pattern; on a plane, of its grid",
+     unit_interval, ""},
     {"roughness", number, "", "0.5", "of the surface: small is shiny", {0.05, 1.0}, ""},
     {"metallic", number, "", "0.0", "0: like plastic, 1: like metal", unit_interval, ""},
     {"visible", boolean, "", "true", "whether it is drawn", any, ""},
@@ -307,10 +308,12 @@ std::vector<SectionSpec> view_sections() {
          {
              {"to_sun", direction, "", "[0.4, -0.5, 0.8]", "from the ground towards the sun", any, ""},
              {"sun_color", color, "", "[1.0, 0.96, 0.90]", "of its light", unit_interval, ""},
-             {"sun_intensity", number, "", "3.0",
+             {"sun_intensity", number, "", "3.4",
               "its brightness: a white surface that faces it has this radiance", not_negative, ""},
-             {"sky_zenith", color, "", "[0.34, 0.47, 0.70]", "colour straight above", unit_interval, ""},
-             {"sky_horizon", color, "", "[0.92, 0.95, 1.00]", "colour at the horizon", unit_interval, ""},
+             {"sky_zenith", color, "", "[0.90, 0.95, 1.00]",
+              "colour straight above: most of the light in shadows", unit_interval, ""},
+             {"sky_horizon", color, "", "[0.07, 0.10, 0.16]", "colour at the horizon: the background",
+              unit_interval, ""},
              {"sky_intensity", number, "", "1.0", "its brightness", not_negative, ""},
          }},
     };

@@ -57,8 +57,8 @@ inline void set_camera(sim::SceneDef& scene, const sim::Vec3& eye, const sim::Ve
 
 inline void add_floor(sim::SceneDef& scene) {
     scene.light.to_sun = sim::Vec3(-0.35, -0.75, 0.85).normalized();
-    scene.bodies.push_back(body(sim::Plane{}, {}, sim::Vec3(0.36, 0.36, 0.37)));
-    scene.bodies.back().look.pattern_color = sim::Vec3(0.16, 0.16, 0.17);
+    scene.bodies.push_back(body(sim::Plane{}, {}, sim::floor_color));
+    scene.bodies.back().look.pattern_color = sim::floor_line_color;
 }
 
 /// The funnel of the paper: four plates and a lattice of n x n x n cubes of 1 m above them.
