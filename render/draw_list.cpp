@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <tuple>
 
@@ -216,17 +217,19 @@ std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& 
     return floors;
 }
 
-LightBlock make_light(const sim::LightDef& light, const std::vector<Floor>& floors) {
+/// Light of a scene whose ground has the colour `floor`; without one the horizon's light comes from below
+/// too.
+LightBlock make_light(const sim::LightDef& light, const std::optional<glm::vec3>& floor) {
     LightBlock block{};
     block.to_sun = to_glm(Vec3(light.to_sun.normalized()));
     block.sun = to_glm(Vec3(light.sun_color * light.sun_intensity));
     block.sky_zenith = to_glm(Vec3(light.sky_zenith * light.sky_intensity));
     block.sky_horizon = to_glm(Vec3(light.sky_horizon * light.sky_intensity));
     block.ground = block.sky_horizon;
-    if (!floors.empty()) {
+    if (floor) {
         // As ambient_irradiance of shaders/common_light.glsl for what looks up.
         const glm::vec3 mean_sky = 0.5f * (block.sky_zenith + block.sky_horizon);
-        block.ground = floors.front().color * (block.sun * std::max(block.to_sun.z, 0.0f) + mean_sky);
+        block.ground = *floor * (block.sun * std::max(block.to_sun.z, 0.0f) + mean_sky);
     }
     return block;
 }
@@ -379,7 +382,22 @@ SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraD
             geometry.profiles.push_back(std::move(profile));
         }
     }
-    geometry.occlusion_cell = occlusion_cell(scene, view_scale(camera));
+    const double scale = view_scale(camera);
+    geometry.occlusion_cell = occlusion_cell(scene, scale);
+    geometry.floor_extent = static_cast<float>(floor_extent_in_views * scale);
+    geometry.grid_spacing = static_cast<float>(std::pow(10.0, std::floor(std::log10(scale / 5.0))));
+    const auto floor = std::find_if(scene.bodies.begin(), scene.bodies.end(), [](const sim::BodyDef& body) {
+        return body.look.visible && std::holds_alternative<sim::Plane>(body.shape);
+    });
+    if (floor == scene.bodies.end()) {
+        geometry.light = make_light(scene.light, std::nullopt);
+    } else {
+        geometry.floor_color = to_glm(floor->look.color);
+        const Vec3 normal = floor->pose.orientation * Vec3::UnitZ();
+        geometry.floor_plane =
+            glm::vec4(to_glm(normal), static_cast<float>(normal.dot(floor->pose.position)));
+        geometry.light = make_light(scene.light, geometry.floor_color);
+    }
     return geometry;
 }
 
@@ -425,7 +443,7 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
     const ViewPoint view_point{to_glm_double(view.eye), to_glm_double(view.target), view.fov_degrees,
                                static_cast<double>(viewport.width) / viewport.height};
     const double scale = view_scale(camera);
-    const double extent = floor_extent_in_views * scale;
+    const auto extent = static_cast<double>(geometry.floor_extent);
 
     PartCollector parts(geometry, view,
                         viewport.height / (2.0 * std::tan(0.5 * glm::radians(view.fov_degrees))));
@@ -433,9 +451,6 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
 
     DrawList list;
     list.floors = make_floors(scene, snapshot, view);
-    list.floor_extent = static_cast<float>(extent);
-    list.grid_spacing = static_cast<float>(std::pow(10.0, std::floor(std::log10(scale / 5.0))));
-    list.light = make_light(scene.light, list.floors);
 
     std::vector<Instance> all;
     for (const std::vector<Part>* group : {&parts.boxes, &parts.rounds}) {
@@ -447,19 +462,20 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
     const std::span<const Instance> rounds = std::span<const Instance>(all).subspan(parts.boxes.size());
     list.camera = make_camera(view_point, depth_range(view_point, all, extent, !list.floors.empty()));
     const double margin = static_cast<double>(occlusion_margin_cells * geometry.occlusion_cell);
-    list.shadow = make_shadow_volume({glm::dvec3(list.light.to_sun), view_point.target, scale, reach_in_views,
-                                      margin, viewport.shadow_size, least_texel_in_views * scale},
-                                     all);
+    list.shadow =
+        make_shadow_volume({glm::dvec3(geometry.light.to_sun), view_point.target, scale, reach_in_views,
+                            margin, viewport.shadow_size, least_texel_in_views * scale},
+                           all);
     const float occlusion_reach = 2.0f * occlusion_margin_cells * geometry.occlusion_cell;
-    const FloorRegionSetup region{list.light.to_sun, 3.0f * list.shadow.texel_size, occlusion_reach,
-                                  2.0f * list.floor_extent};
+    const FloorRegionSetup region{geometry.light.to_sun, 3.0f * list.shadow.texel_size, occlusion_reach,
+                                  2.0f * geometry.floor_extent};
     for (Floor& floor : list.floors) {
         floor.region = make_floor_region(floor.frame, region, list.boxes, rounds);
-        floor.ring_scale = ring_scale(floor.region, list.floor_extent);
+        floor.ring_scale = ring_scale(floor.region, geometry.floor_extent);
     }
     list.occlusion =
         make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(scale));
-    add_faces(parts.boxes, list);
+    add_faces(parts.boxes, geometry, list);
     fill_rounds(parts.rounds, geometry, list);
     fill_mirrored(parts, list);
     return list;

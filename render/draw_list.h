@@ -95,7 +95,6 @@ FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume
 struct DrawList {
     CameraBlock camera;
     ShadowVolume shadow;
-    LightBlock light;
     std::vector<Instance> boxes;  ///< all boxes, for the shadow map; not what the camera sees
     std::vector<Instance> rounds; ///< grouped by batch, nearest first within one
     std::vector<RoundBatch> round_batches;
@@ -107,8 +106,6 @@ struct DrawList {
     std::vector<Instance>
         mirrored; ///< what polished bodies show: spheres, then boxes; empty if there is no such body
     int mirrored_spheres = 0;
-    float floor_extent = 0.0f; ///< [m] a floor has faded into the sky at this distance from the eye
-    float grid_spacing = 1.0f; ///< [m] of the fine lines; every tenth is a strong one
 };
 
 /// Picture size and shadow map size, in pixels.
@@ -124,6 +121,11 @@ struct SceneGeometry {
     std::vector<int> profile_of_body;             ///< [body_count], -1: drawn as its shape
     std::vector<std::uint32_t> group_count; ///< [mesh_id] surface groups of a mesh, each with its own id
     float occlusion_cell = 0.0f;            ///< [m] of the occlusion volume
+    LightBlock light;
+    float floor_extent = 0.0f;   ///< [m] a floor has faded into the sky at this distance from the eye
+    float grid_spacing = 1.0f;   ///< [m] of the fine lines; every tenth is a strong one
+    glm::vec4 floor_plane{0.0f}; ///< of the first floor: normal and its product with a point on it
+    glm::vec3 floor_color{0.0f}; ///< linear RGB
 };
 SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraDef& camera);
 

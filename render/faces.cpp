@@ -50,7 +50,8 @@ std::uint32_t packed_share(float share) {
 /// Collects the faces that the camera sees, kind by kind.
 class FaceMaker {
 public:
-    explicit FaceMaker(DrawList& list) : list_(list), rows_(list.sky_atlas) {}
+    FaceMaker(const SceneGeometry& geometry, DrawList& list)
+        : geometry_(geometry), list_(list), rows_(list.sky_atlas) {}
 
     void add_box(const Part& box) {
         const Instance& instance = box.instance;
@@ -103,14 +104,14 @@ private:
         face.pattern_color = instance.pattern_color;
         // A grid is counted in metres from the body's middle, the other patterns in shares of its size.
         const bool is_metric = box.pattern == sim::Pattern::grid;
-        const glm::vec3 half = is_metric ? instance.scale / list_.grid_spacing : glm::vec3(0.5f);
+        const glm::vec3 half = is_metric ? instance.scale / geometry_.grid_spacing : glm::vec3(0.5f);
         face.body_center = glm::vec3(is_metric ? 0.0f : 0.5f);
         face.body_center[axis] += half[axis] * side;
         face.body_half_u[u] = half[u] * side;
         face.body_half_v[v] = half[v];
 
         const float largest = 2.0f * std::max(instance.scale[u], instance.scale[v]);
-        const FaceKind kind{box.pattern, glm::dot(normal, list_.light.to_sun) > 0.0f,
+        const FaceKind kind{box.pattern, glm::dot(normal, geometry_.light.to_sun) > 0.0f,
                             instance.metallic > 0.0f, largest > small_cells * list_.occlusion.cell()};
         if (kind.is_large) {
             fill_atlas(normal, face);
@@ -146,6 +147,7 @@ private:
         face.open_place = glm::vec4(glm::vec2(at) + 0.5f, glm::vec2(at + count) - 0.5f);
     }
 
+    const SceneGeometry& geometry_;
     DrawList& list_;
     AtlasRows rows_;
     std::map<FaceKind, std::vector<Face>> faces_;
@@ -153,8 +155,8 @@ private:
 
 } // namespace
 
-void add_faces(std::span<const Part> boxes, DrawList& list) {
-    FaceMaker maker(list);
+void add_faces(std::span<const Part> boxes, const SceneGeometry& geometry, DrawList& list) {
+    FaceMaker maker(geometry, list);
     for (const Part& box : boxes) {
         maker.add_box(box);
     }

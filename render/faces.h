@@ -14,8 +14,8 @@ struct Part {
     float depth; ///< along the view [m]
 };
 
-/// Adds faces, their batches and the sky atlas to a list whose camera, light and occlusion are set.
+/// Adds faces, their batches and the sky atlas to a list whose camera and occlusion are set.
 /// boxes: nearest first.
-void add_faces(std::span<const Part> boxes, DrawList& list);
+void add_faces(std::span<const Part> boxes, const SceneGeometry& geometry, DrawList& list);
 
 } // namespace render

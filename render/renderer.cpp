@@ -10,6 +10,8 @@
 #include "render/shader.h"
 #include "sim/error.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -33,12 +35,38 @@ struct FrameBlock {
     glm::mat4 world_from_clip;
     glm::mat4 shadow_from_world;
     glm::vec4 eye;
-    glm::vec4 to_sun;
-    glm::vec4 sun;
-    glm::vec4 sky_zenith;
-    glm::vec4 sky_horizon;
-    glm::vec4 ground;
 };
+
+std::string glsl(float value) {
+    return fmt::format("float({:.9g})", value); // enough digits to give the same float
+}
+std::string glsl(const glm::vec3& v) {
+    return fmt::format("vec3({:.9g}, {:.9g}, {:.9g})", v.x, v.y, v.z);
+}
+std::string glsl(const glm::vec4& v) {
+    return fmt::format("vec4({:.9g}, {:.9g}, {:.9g}, {:.9g})", v.x, v.y, v.z, v.w);
+}
+
+/// What is the same in all frames of a scene, as constants of all shaders (see shaders/common_frame.glsl).
+std::string scene_constants(const SceneGeometry& geometry, int shadow_size) {
+    const LightBlock& light = geometry.light;
+    std::string text;
+    const auto add = [&text](const char* type, const char* name, const std::string& value) {
+        text += fmt::format("const {} {} = {};\n", type, name, value);
+    };
+    add("float", "exposure", glsl(exposure));
+    add("vec3", "to_sun", glsl(light.to_sun));
+    add("vec3", "sun_radiance", glsl(light.sun)); // irradiance / pi
+    add("vec3", "sky_zenith", glsl(light.sky_zenith));
+    add("vec3", "sky_horizon", glsl(light.sky_horizon));
+    add("vec3", "ground_radiance", glsl(light.ground)); // seen below the horizon
+    add("float", "floor_extent", glsl(geometry.floor_extent));
+    add("float", "grid_spacing", glsl(geometry.grid_spacing));
+    add("vec4", "floor_plane", glsl(geometry.floor_plane));
+    add("vec3", "floor_color", glsl(geometry.floor_color));
+    add("float", "shadow_map_size", glsl(static_cast<float>(shadow_size)));
+    return text;
+}
 
 /// Texture units, fixed for all programs.
 namespace unit {
@@ -113,6 +141,7 @@ struct Renderer::Impl {
     const sim::CameraDef camera;
     Viewport viewport;
     SceneGeometry geometry;
+    std::string constants; ///< of all shaders
     bool measures_times;
     RenderTimes times;
 
@@ -147,15 +176,16 @@ struct Renderer::Impl {
         : scene(scene_def),
           camera(find_camera(scene, settings.camera.empty() ? scene.output.camera : settings.camera)),
           viewport{width, height, settings.shadow_size}, geometry(make_scene_geometry(scene, camera)),
+          constants(scene_constants(geometry, settings.shadow_size)),
           measures_times(settings.measures_times) {
         CHECK(width > 0 && height > 0 && settings.shadow_size > 8);
         make_geometry();
         make_targets();
         shadow_box_program = Program("shadow_box.vert", "shadow.frag");
         shadow_round_program = Program("shadow_round.vert", "shadow.frag");
-        floor_inside_program = Program("floor.vert", "floor.frag", "#define SHADOWED 1\n");
-        floor_ring_program = Program("floor.vert", "floor.frag", "#define SHADOWED 0\n");
-        sky_program = Program("sky.vert", "sky.frag");
+        floor_inside_program = Program("floor.vert", "floor.frag", "#define SHADOWED 1\n" + constants);
+        floor_ring_program = Program("floor.vert", "floor.frag", "#define SHADOWED 0\n" + constants);
+        sky_program = Program("sky.vert", "sky.frag", constants);
         raw.width = width;
         raw.height = height;
         raw.rgba.resize(static_cast<std::size_t>(width) * height * 4);
@@ -255,12 +285,7 @@ struct Renderer::Impl {
         block.clip_from_world = list.camera.clip_from_world;
         block.world_from_clip = list.camera.world_from_clip;
         block.shadow_from_world = texture_from_clip() * list.shadow.clip_from_world;
-        block.eye = glm::vec4(list.camera.eye, exposure);
-        block.to_sun = glm::vec4(list.light.to_sun, list.shadow.texel_size);
-        block.sun = glm::vec4(list.light.sun, static_cast<float>(viewport.shadow_size));
-        block.sky_zenith = glm::vec4(list.light.sky_zenith, 0.0f);
-        block.sky_horizon = glm::vec4(list.light.sky_horizon, list.floor_extent);
-        block.ground = glm::vec4(list.light.ground, list.grid_spacing);
+        block.eye = glm::vec4(list.camera.eye, list.shadow.texel_size);
         glBindBuffer(GL_UNIFORM_BUFFER, frame_block.get());
         glBufferData(GL_UNIFORM_BUFFER, sizeof(block), &block, GL_STREAM_DRAW);
         glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame_block.get());
@@ -327,7 +352,7 @@ struct Renderer::Impl {
         const std::string defines = "#define PATTERN " + std::to_string(static_cast<int>(kind.pattern)) +
                                     "\n#define LIT " + (kind.is_lit ? "1" : "0") + "\n#define METAL " +
                                     (kind.is_metal ? "1" : "0") + "\n#define LARGE " +
-                                    (kind.is_large ? "1" : "0") + "\n";
+                                    (kind.is_large ? "1" : "0") + "\n" + constants;
         return face_programs.emplace(kind, Program("face.vert", "face.frag", defines)).first->second;
     }
 
@@ -339,7 +364,7 @@ struct Renderer::Impl {
         }
         const std::string defines = "#define METAL 1\n#define PATTERN " +
                                     std::to_string(static_cast<int>(pattern)) + "\n#define MIRROR " +
-                                    (is_mirror ? "1" : "0") + "\n";
+                                    (is_mirror ? "1" : "0") + "\n" + constants;
         return round_programs.emplace(key, Program("round.vert", "round.frag", defines)).first->second;
     }
 
@@ -383,35 +408,6 @@ struct Renderer::Impl {
         program.set("mirrored_parts", unit::mirrored);
         program.set("mirrored_spheres", list.mirrored_spheres);
         program.set("mirrored_count", static_cast<int>(list.mirrored.size()));
-        if (!list.floors.empty()) {
-            const Floor& floor = list.floors.front();
-            program.set("floor_plane",
-                        glm::vec4(floor.frame.normal, glm::dot(floor.frame.normal, floor.frame.origin)));
-            program.set("floor_color", floor.color);
-        }
-    }
-
-    /// What shaders/floor.frag would otherwise compute anew for each pixel.
-    void set_floor_light(const Program& program, const Floor& floor, const DrawList& list) const {
-        const FloorFrame& frame = floor.frame;
-        const LightBlock& light = list.light;
-        const glm::vec2 per_line(1.0f / list.grid_spacing);
-        program.set("grid_place", glm::vec4(per_line, floor.grid_origin * per_line));
-        program.set("color_root", glm::sqrt(floor.color));
-        program.set("line_color_root", glm::sqrt(floor.line_color));
-        program.set("sun_radiance", light.sun * std::max(glm::dot(frame.normal, light.to_sun), 0.0f));
-        // ambient_irradiance() of shaders/common_light.glsl.
-        const float up = 0.5f + 0.5f * frame.normal.z;
-        program.set("ambient_radiance", glm::mix(light.ground, light.sky_horizon, up) +
-                                            (light.sky_zenith - light.sky_horizon) * (0.5f * up * up));
-        // sunlight() of shaders/common_shadow.glsl.
-        const glm::mat4 map_from_world = texture_from_clip() * list.shadow.clip_from_world;
-        const glm::vec3 lifted = frame.origin + frame.normal * (list.shadow.texel_size * 0.35f);
-        program.set("shadow_origin", glm::vec3(map_from_world * glm::vec4(lifted, 1.0f)));
-        program.set("shadow_along", glm::mat3(map_from_world) * frame.tangent);
-        program.set("shadow_across", glm::mat3(map_from_world) * frame.across());
-        const float height = glm::dot(list.camera.eye - frame.origin, frame.normal);
-        program.set("eye_place", glm::vec3(frame.place(list.camera.eye), height * height));
     }
 
     void draw_floor(const Floor& floor, const DrawList& list) {
@@ -425,14 +421,16 @@ struct Renderer::Impl {
             program.use();
             program.set("shadow_map", unit::shadow_map);
             program.set("occlusion", unit::occlusion_floor);
-            program.set("occlusion_place", open.place);
+            program.set("occlusion_place_of", open.place);
             program.set("origin", floor.frame.origin);
             program.set("tangent", floor.frame.tangent);
             program.set("normal", floor.frame.normal);
             program.set("corners", floor.region);
             program.set("ring_scale", floor.ring_scale);
             program.set("id", floor.id);
-            set_floor_light(program, floor, list);
+            program.set("grid_origin", floor.grid_origin);
+            program.set("color", floor.color);
+            program.set("line_color", floor.line_color);
             (is_inside ? floor_inside : floor_ring).draw(0, 1);
         }
     }

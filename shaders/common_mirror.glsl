@@ -3,8 +3,6 @@
 uniform samplerBuffer mirrored_parts;   // Instance of draw_types.h, five texels each: spheres first, then boxes
 uniform int mirrored_spheres;
 uniform int mirrored_count;
-uniform vec4 floor_plane;               // normal and its product with a point on it; all 0 without a floor
-uniform vec3 floor_color;
 
 struct MirrorHit {
     float distance;
@@ -62,14 +60,15 @@ vec3 seen_radiance(vec3 origin, vec3 ray, float roughness) {
         meet_box(5 * i, origin, ray, hit);
     }
     vec3 sky = mirrored_radiance(ray.z, roughness);
-    float n_l = dot(hit.normal, frame.to_sun.xyz);
-    float sunlit = n_l > 0.0 ? n_l * sunlight(origin + ray * hit.distance, hit.normal) : 0.0;
-    vec3 matte = hit.color_metallic.rgb * (frame.sun.rgb * sunlit + ambient_irradiance(hit.normal.z));
+    float n_l = dot(hit.normal, to_sun);
+    vec3 place = origin + ray * hit.distance + hit.normal * shadow_offset;
+    float sunlit = n_l > 0.0 ? n_l * sunlight((shadow_from_world * vec4(place, 1.0)).xyz) : 0.0;
+    vec3 matte = hit.color_metallic.rgb * (sun_radiance * sunlit + ambient_irradiance(hit.normal.z));
     // A second mirroring sees sky and ground only; a matte surface shows 0.06 of it.
     float again_z = ray.z - 2.0 * dot(ray, hit.normal) * hit.normal.z;
     vec3 again = mirrored_radiance(again_z, 0.3);
     vec3 seen = mix(matte + 0.06 * again, hit.color_metallic.rgb * again, hit.color_metallic.w);
     // The floor fades towards the horizon as it does in the picture.
-    float far = min(hit.distance / frame.sky_horizon.w, 1.0);
+    float far = min(hit.distance / floor_extent, 1.0);
     return hit.distance < nothing ? mix(seen, sky, 12.0 * far * far / (1.0 + 12.0 * far * far)) : sky;
 }

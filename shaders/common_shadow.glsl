@@ -2,13 +2,13 @@
 
 uniform sampler2DShadow shadow_map;
 
-// Share 0..1 of the sun that reaches a point of the map, p: texture coordinates and depth.
+// Share 0..1 of the sun that reaches a place in the map, p: texture coordinates and depth.
 // Tent filter over 4 x 4 texels from four gathers: continuous in position, so shadow edges do not crawl.
-float sunlight_at(vec3 p) {
-    vec2 texel = p.xy * frame.sun.w - 0.5;
+float sunlight(vec3 p) {
+    vec2 texel = p.xy * shadow_map_size - 0.5;
     vec2 f = fract(texel);
-    vec2 base = (floor(texel) + 0.5) / frame.sun.w;
-    float step_size = 1.0 / frame.sun.w;
+    vec2 base = (floor(texel) + 0.5) / shadow_map_size;
+    float step_size = 1.0 / shadow_map_size;
     float depth = min(p.z, 1.0);
     // Gathers at the corners of four 2 x 2 blocks; components: (0,1) (1,1) (1,0) (0,0).
     vec2 at = base + 0.5 * step_size;
@@ -24,10 +24,4 @@ float sunlight_at(vec3 p) {
     float row2 = c.w * wx.x + c.z * wx.y + d.w * wx.z + d.z * wx.w;
     float row3 = c.x * wx.x + c.y * wx.y + d.x * wx.z + d.y * wx.w;
     return dot(vec4(row0, row1, row2, row3), wy) * (1.0 / 16.0);
-}
-
-// The same for a point in the world whose surface has normal n.
-float sunlight(vec3 position, vec3 n) {
-    // The map holds the far sides of bodies, so a small offset along the normal suffices.
-    return sunlight_at((frame.shadow_from_world * vec4(position + n * (frame.to_sun.w * 0.35), 1.0)).xyz);
 }

@@ -13,7 +13,7 @@ struct Surface {
     float metallic;
     float roughness;
     vec3 normal;
-    vec3 position;
+    vec3 ambient;   // ambient_irradiance of the normal
 };
 
 // What is mirrored has one value for all colours unless the surface is a metal (METAL 1).
@@ -27,7 +27,7 @@ struct Surface {
 // In uniform light with albedo 1 the result is that light: what is not mirrored reaches the base.
 vec3 shaded(Surface surface, vec3 v, float sunlit, float open) {
     vec3 n = surface.normal;
-    vec3 l = frame.to_sun.xyz;
+    vec3 l = to_sun;
     float roughness = surface.roughness;
     float n_dot_v = dot(n, v);
     float n_v = max(abs(n_dot_v), 1e-3);
@@ -61,13 +61,13 @@ vec3 shaded(Surface surface, vec3 v, float sunlit, float open) {
     REFLECTANCE fresnel = (f0 + (1.0 - f0) * (m2 * m2 * m)) * compensation;
 
 #if MIRROR
-    vec3 seen = seen_radiance(surface.position, 2.0 * n_dot_v * n - v, roughness);
+    vec3 seen = seen_radiance(world_position, 2.0 * n_dot_v * n - v, roughness);
 #else
     vec3 seen = mirrored_radiance(2.0 * n_dot_v * n.z - v.z, roughness);
 #endif
-    vec3 sun = frame.sun.rgb * (n_l * sunlit);
+    vec3 sun = sun_radiance * (n_l * sunlit);
     // What stands close by is in the mirrored view already.
     float seen_open = MIRROR == 1 ? 1.0 : open;
-    vec3 from_base = base * (sun + ambient_irradiance(n.z) * open);
+    vec3 from_base = base * (sun + surface.ambient * open);
     return from_base + sun * (fresnel * highlight) + seen * (mirrored * seen_open);
 }

@@ -1,20 +1,23 @@
 // Flat faces of boxes. LIT: 1 if turned towards the sun. LARGE: as in face.vert. PATTERN: 0 plain; 1 stripes,
 // 2 checker, counted in shares of the body's size; 3 grid, counted in the lines of the floor from the body's middle.
 #define MIRROR 0
-#include "common_frame.glsl"
 #include "common_light.glsl"
 #include "common_pattern.glsl"
 #include "common_shadow.glsl"
 #include "common_surface.glsl"
 
-in vec3 world_position;
+in vec3 to_eye;
+#if LIT
+in vec3 shadow_place;
+#endif
 #if PATTERN
 in vec3 body_position;
-flat in vec3 pattern_color;
+flat in vec3 pattern_root;
 #endif
 in vec2 open_place;
 flat in vec4 normal_metallic;
 flat in vec4 color_roughness;
+flat in vec3 ambient;
 flat in uvec2 id_open;
 
 uniform sampler2D sky_atlas;
@@ -46,9 +49,11 @@ float pattern_share() {
 #endif
 
 void main() {
-    vec3 v = normalize(frame.eye.xyz - world_position);
+    vec3 v = normalize(to_eye);
 #if PATTERN
-    vec3 albedo = mix(color_roughness.rgb, pattern_color, pattern_share());
+    // Mixed as edges are, close to display values.
+    vec3 root = mix(color_roughness.rgb, pattern_root, pattern_share());
+    vec3 albedo = root * root;
 #else
     vec3 albedo = color_roughness.rgb;
 #endif
@@ -60,12 +65,11 @@ void main() {
     float open = mix(along_v.x, along_v.y, open_place.x);
 #endif
 #if LIT
-    float sunlit = sunlight(world_position, normal_metallic.xyz);
+    float sunlit = sunlight(shadow_place);
 #else
     const float sunlit = 0.0;
 #endif
-    Surface surface = Surface(albedo, normal_metallic.w, color_roughness.w, normal_metallic.xyz,
-                              world_position);
+    Surface surface = Surface(albedo, normal_metallic.w, color_roughness.w, normal_metallic.xyz, ambient);
     pixel = vec4(tone_mapped(shaded(surface, v, sunlit, open)), 1.0);
     part = id_open.x;
 }

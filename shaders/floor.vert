@@ -1,13 +1,31 @@
 // A plane body: an inner polygon that may lie in shadow, and a ring around it out to the horizon.
+// SHADOWED: 1 for the inner polygon.
 #include "common_frame.glsl"
+#include "common_light.glsl"
 
 uniform vec3 origin;
 uniform vec3 tangent;
 uniform vec3 normal;
-uniform vec2 corners[16];  // of the inner part [m]
-uniform float ring_scale;  // size of the ring over that of the inner part
+uniform vec2 grid_origin;        // of floor_position = 0 in the grid [m]
+uniform vec2 corners[16];        // of the inner part [m]
+uniform float ring_scale;        // size of the ring over that of the inner part
+uniform vec3 color;
+uniform vec3 line_color;
+uniform vec4 occlusion_place_of; // texture coordinates = floor_position * xy + zw
+uniform uint id;
 
-out vec2 floor_position;   // from origin [m]
+out vec2 floor_position;         // from origin [m]
+out vec3 to_eye;                 // [m]
+#if SHADOWED
+out vec3 shadow_place;
+out vec2 occlusion_place;
+#endif
+flat out vec2 grid_shift;        // [lines]
+flat out vec3 color_root;        // square roots of the colours
+flat out vec3 line_color_root;
+flat out vec3 sunlit_radiance;   // of a white floor in the sun alone
+flat out vec3 ambient;
+flat out uint part_id;
 
 void main() {
     // Vertices 0..15 are the inner corners, 16..31 the same moved outwards.
@@ -18,5 +36,16 @@ void main() {
     vec2 corner = corners[gl_VertexID & 15];
     floor_position = gl_VertexID < 16 ? corner : center + (corner - center) * ring_scale;
     vec3 position = origin + tangent * floor_position.x + cross(normal, tangent) * floor_position.y;
+    to_eye = frame.eye.xyz - position;
+#if SHADOWED
+    shadow_place = shadow_place_of(position, normal);
+    occlusion_place = floor_position * occlusion_place_of.xy + occlusion_place_of.zw;
+#endif
+    grid_shift = grid_origin / grid_spacing;
+    color_root = sqrt(color);
+    line_color_root = sqrt(line_color);
+    sunlit_radiance = sun_radiance * max(dot(normal, to_sun), 0.0);
+    ambient = ambient_irradiance(normal.z);
+    part_id = id;
     gl_Position = frame.clip_from_world * vec4(position, 1.0);
 }

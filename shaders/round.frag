@@ -1,16 +1,20 @@
 // Bodies of revolution. PATTERN: 0 plain, 1 stripes, 2 checker, 3 grid, in body coordinates around z, so that
 // turning is seen. MIRROR: 1 where polished bodies show what is around them.
-#include "common_frame.glsl"
 #include "common_light.glsl"
 #include "common_pattern.glsl"
 #include "common_shadow.glsl"
+
+in vec3 to_eye;
+in vec3 shadow_place;
 #if MIRROR
+in vec3 world_position;
+flat in mat4 shadow_from_world;
+flat in float shadow_offset;
 #include "common_turn.glsl"
 #include "common_mirror.glsl"
 #endif
 #include "common_surface.glsl"
 
-in vec3 world_position;
 in vec3 body_position;
 in vec3 world_normal;
 in float open;
@@ -46,10 +50,8 @@ float pattern_share() {
 
 void main() {
     vec3 n = normalize(world_normal);
-    vec3 v = normalize(frame.eye.xyz - world_position);
-    vec3 albedo = mix(color_roughness.rgb, pattern_metallic.rgb, pattern_share());
-    float sunlit = sunlight(world_position, n);
-    vec3 radiance = shaded(Surface(albedo, pattern_metallic.w, color_roughness.w, n, world_position), v, sunlit, open);
-    pixel = vec4(tone_mapped(radiance), 1.0);
+    vec3 root = mix(color_roughness.rgb, pattern_metallic.rgb, pattern_share());
+    Surface surface = Surface(root * root, pattern_metallic.w, color_roughness.w, n, ambient_irradiance(n.z));
+    pixel = vec4(tone_mapped(shaded(surface, normalize(to_eye), sunlight(shadow_place), open)), 1.0);
     part = id;
 }

@@ -18,12 +18,18 @@ uniform sampler3D occlusion_1;
 uniform sampler3D occlusion_2;
 uniform vec4 occlusion_corner;   // [m]; w: side of a cell [m]
 
+out vec3 to_eye;         // [m]
+out vec3 shadow_place;
+#if MIRROR
 out vec3 world_position;
+flat out mat4 shadow_from_world;   // as in Frame
+flat out float shadow_offset;      // [m] along the normal
+#endif
 out vec3 body_position;
 out vec3 world_normal;
 out float open;
-flat out vec4 color_roughness;
-flat out vec4 pattern_metallic;
+flat out vec4 color_roughness;     // square root of the colour
+flat out vec4 pattern_metallic;    // and of the pattern's colour
 flat out uint id;
 
 float filled(sampler3D volume, vec3 cells) {
@@ -49,11 +55,18 @@ float open_share(vec3 position, vec3 normal) {
 
 void main() {
     body_position = mesh_position * scale_metallic.xyz;
-    world_position = turned(orientation, body_position) + position_roughness.xyz;
+    vec3 position = turned(orientation, body_position) + position_roughness.xyz;
+    to_eye = frame.eye.xyz - position;
     world_normal = turned(orientation, mesh_normal);
-    open = open_share(world_position, world_normal);
-    color_roughness = vec4(color, position_roughness.w);
-    pattern_metallic = vec4(pattern_color, scale_metallic.w);
+    shadow_place = shadow_place_of(position, world_normal);
+#if MIRROR
+    world_position = position;
+    shadow_from_world = frame.shadow_from_world;
+    shadow_offset = frame.eye.w * 0.35;
+#endif
+    open = open_share(position, world_normal);
+    color_roughness = vec4(sqrt(color), position_roughness.w);
+    pattern_metallic = vec4(sqrt(pattern_color), scale_metallic.w);
     id = first_id + group;
-    gl_Position = frame.clip_from_world * vec4(world_position, 1.0);
+    gl_Position = frame.clip_from_world * vec4(position, 1.0);
 }

@@ -1,4 +1,3 @@
-#include "common_frame.glsl"
 #include "common_light.glsl"
 
 in vec3 direction;

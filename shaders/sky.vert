@@ -1,8 +1,6 @@
 // One triangle over the whole picture, at the far end of the depth range.
 #include "common_frame.glsl"
 
-
-
 out vec3 direction;
 
 void main() {
