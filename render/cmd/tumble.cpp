@@ -1,12 +1,14 @@
-/// The program: arguments to a verb, the verb's outcome to an exit code.
-#include "render/cmd/interrupt.h"
+/// The program tumble-draw: arguments to a verb, the verb's outcome to an exit code. start.cpp is what a user calls.
+#include "render/cmd/compare.h"
+#include "render/cmd/films.h"
+#include "render/cmd/guard.h"
 #include "render/cmd/options.h"
 #include "sim/error.h"
 
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
-#include <new>
+#include <string>
 
 namespace {
 
@@ -17,12 +19,9 @@ constexpr const char* examples = R"(Examples:
   tumble run scenes/*.toml --size 640x360 --fps 30  all scenes, small
   tumble render out/funnel/trajectory.h5 --set output.camera=top
                                                     another view without simulating again
+  tumble compare before/funnel out/funnel --report out/report
+                                                    two runs, frame by frame
 )";
-
-int fail(ExitCode code, const char* message) {
-    std::fprintf(stderr, "tumble: %s\n", message);
-    return static_cast<int>(code);
-}
 
 CLI::App* add_verb(CLI::App& app, const char* name, const char* description, cmd::Options& options,
                    cmd::Changes changes) {
@@ -61,6 +60,15 @@ int run_program(int argc, char** argv) {
         add_verb(app, "check", "Read and validate only; print what the scene contains", options, everything),
         cmd::check_scenes);
 
+    cmd::CompareOptions comparison;
+    int code = static_cast<int>(ExitCode::good);
+    CLI::App* compare = app.add_subcommand("compare", "Two pictures, folders of frames, films or runs");
+    cmd::add_compare_options(*compare, comparison);
+    compare->final_callback([&] {
+        const diff::FilmTools films = cmd::film_tools();
+        code = cmd::compare(comparison, cmd::command_line(argc, argv), &films);
+    });
+
     try {
         app.parse(argc, argv);
         if (app.get_subcommands().empty()) {
@@ -70,22 +78,13 @@ int run_program(int argc, char** argv) {
     } catch (const CLI::Success& help_or_version) {
         return app.exit(help_or_version);
     } catch (const CLI::ParseError& error) {
-        return fail(ExitCode::usage, (std::string(error.what()) + "; see tumble --help").c_str());
+        throw sim::Error(ExitCode::usage, std::string(error.what()) + "; see tumble --help");
     }
-    return static_cast<int>(ExitCode::good);
+    return code;
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    cmd::catch_interrupts();
-    try {
-        return run_program(argc, argv);
-    } catch (const sim::Error& error) {
-        return fail(error.code(), error.what());
-    } catch (const std::bad_alloc&) {
-        return fail(ExitCode::stopped, "out of memory");
-    } catch (const std::exception& error) {
-        return fail(ExitCode::stopped, error.what());
-    }
+    return cmd::guarded([&] { return run_program(argc, argv); });
 }

@@ -1,0 +1,144 @@
+#include "render/cmd/compare.h"
+
+#include "render/cmd/interrupt.h"
+#include "render/compare/limits_file.h"
+#include "render/compare/report.h"
+#include "render/compare/sequence.h"
+#include "sim/error.h"
+#include "sim/file_io.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+namespace cmd {
+
+namespace fs = std::filesystem;
+using sim::Error;
+using sim::ExitCode;
+
+namespace {
+
+/// The last part of a path that is no "frames" and no ".".
+std::string case_name(const fs::path& path) {
+    fs::path whole = fs::absolute(path).lexically_normal();
+    while (whole.filename().empty() || whole.filename() == "frames") {
+        if (whole == whole.root_path()) {
+            return "pictures";
+        }
+        whole = whole.parent_path();
+    }
+    return whole.stem().string();
+}
+
+diff::Tier tier_of(const std::string& name) {
+    for (const diff::Tier tier : {diff::Tier::identical, diff::Tier::noise, diff::Tier::changed}) {
+        if (name == diff::name_of(tier)) {
+            return tier;
+        }
+    }
+    throw Error(ExitCode::usage, fmt::format("--fail-on '{}': expected identical, noise or changed", name));
+}
+
+diff::Settings settings_of(const CompareOptions& options) {
+    diff::Settings settings;
+    settings.fail_on = tier_of(options.fail_on);
+    settings.is_interrupted = is_interrupted;
+    settings.threads = options.threads > 0
+                           ? options.threads
+                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    for (const std::string& mask : options.masks) {
+        diff::add_to_mask(mask, settings.pair.accepted, settings.pair.mask);
+    }
+    if (!options.limits.empty()) {
+        settings.pair.limits = diff::read_limits(options.limits);
+    }
+    return settings;
+}
+
+void make_folder(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) {
+        throw Error(ExitCode::io, "cannot make the folder " + folder.string() + ": " + error.message());
+    }
+}
+
+} // namespace
+
+void add_compare_options(CLI::App& verb, CompareOptions& options) {
+    verb.add_option("REFERENCE", options.reference, "A picture, a folder of frames, a run's folder, or a film")
+        ->required()
+        ->type_name("");
+    verb.add_option("CANDIDATE", options.candidate, "What is compared with it, of the same kind")
+        ->required()
+        ->type_name("");
+    verb.add_option("--fail-on", options.fail_on, "Fails from this tier on: identical, noise or changed (default)")
+        ->type_name("TIER");
+    verb.add_option("--mask", options.masks, "Leaves out X,Y,WIDTH,HEIGHT [px] or the bright pixels of a picture")
+        ->type_name("RECT|FILE")
+        ->allow_extra_args(false);
+    verb.add_option("--report", options.report, "Folder for the report and its pictures")->type_name("DIR");
+    verb.add_option("--junit", options.junit, "Writes JUnit's XML too")->type_name("FILE");
+    verb.add_option("--limits", options.limits, "Limits of the gates, as --calibrate prints them")
+        ->type_name("FILE");
+    verb.add_option("--threads", options.threads, "Pairs at a time; the result does not depend on it")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1024));
+    verb.add_flag("--json", options.prints_json, "Prints the result as JSON");
+    verb.add_flag("--calibrate", options.calibrates,
+                  "Prints the limits under which these two, known to be good, differ by noise only");
+    verb.add_flag("--quiet", options.is_quiet, "Only errors are printed");
+}
+
+bool needs_films(const CompareOptions& options) {
+    const auto is_film_source = [](const std::string& path) {
+        try {
+            return diff::find_source(path).kind == diff::SourceKind::film;
+        } catch (const Error&) {
+            return false; // said when it is compared
+        }
+    };
+    return is_film_source(options.reference) || is_film_source(options.candidate);
+}
+
+int compare(const CompareOptions& options, const std::string& command, const diff::FilmTools* films) {
+    const diff::Settings settings = settings_of(options);
+    const diff::Source reference = diff::find_source(options.reference);
+    const diff::Source candidate = diff::find_source(options.candidate);
+    diff::Comparison comparison;
+    comparison.program = "tumble " TUMBLE_VERSION;
+    comparison.command = command;
+    comparison.fail_on = settings.fail_on;
+    comparison.cases.push_back(
+        diff::compare_sources(case_name(options.candidate), reference, candidate, settings, films));
+    diff::Case& result = comparison.cases.front();
+    result.reference = options.reference;
+    result.candidate = options.candidate;
+    diff::sum_up(comparison);
+
+    if (options.calibrates) {
+        std::fputs(diff::proposed_limits(comparison, settings.pair.limits).c_str(), stdout);
+        return static_cast<int>(ExitCode::good);
+    }
+    if (!options.report.empty()) {
+        make_folder(options.report);
+        diff::remove_report(options.report);
+        diff::write_review(reference, candidate, settings, {.folder = options.report}, films, result);
+        diff::write_report(options.report, comparison);
+    }
+    if (!options.junit.empty()) {
+        sim::write_file(options.junit, diff::to_junit(comparison));
+    }
+    if (options.prints_json) {
+        std::fputs(diff::to_json(comparison).c_str(), stdout);
+    } else if (!options.is_quiet) {
+        std::fputs(diff::to_text(comparison).c_str(), stdout);
+    }
+    return comparison.exit_code;
+}
+
+} // namespace cmd

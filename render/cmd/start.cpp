@@ -1,0 +1,49 @@
+/// The program `tumble`: compares pictures itself, in milliseconds. Whatever draws, simulates or reads films is in
+/// the program tumble-draw beside it, whose libraries take longer to load; that takes this one's place.
+#include "render/cmd/compare.h"
+#include "render/cmd/guard.h"
+#include "sim/error.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <unistd.h>
+
+namespace {
+
+constexpr const char* drawing_program = "tumble-draw";
+
+/// Does not return. Throws Error (io).
+[[noreturn]] void start_drawing_program(char** argv) {
+    std::error_code error;
+    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::filesystem::path path = self.parent_path() / drawing_program;
+    ::execv(path.c_str(), argv);
+    throw sim::Error(sim::ExitCode::io, "cannot start " + path.string() + ": " + std::strerror(errno));
+}
+
+int start(int argc, char** argv) {
+    if (argc < 2 || std::strcmp(argv[1], "compare") != 0) {
+        start_drawing_program(argv);
+    }
+    CLI::App app("", "tumble");
+    cmd::CompareOptions options;
+    cmd::add_compare_options(*app.add_subcommand("compare"), options);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError&) {
+        start_drawing_program(argv); // prints the help, or what is wrong
+    }
+    if (cmd::needs_films(options)) {
+        start_drawing_program(argv);
+    }
+    return cmd::compare(options, cmd::command_line(argc, argv), nullptr);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    return cmd::guarded([&] { return start(argc, argv); });
+}

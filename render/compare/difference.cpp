@@ -1,0 +1,347 @@
+#include "render/compare/difference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+namespace diff {
+
+namespace {
+
+using Row = const std::uint8_t*;
+
+/// Rows on each side that a pixel of `excess` depends on: two of the weights, one of the neighbours.
+constexpr int weight_reach = 2;
+/// Rows on each side of a difference in which the smooth pictures are needed to find shifts.
+constexpr int shift_reach = 12;
+
+/// A pixel is flat if its neighbours in the smooth picture differ by no more than this [levels].
+constexpr int flat_levels = 12;
+
+/// Sums of drift are kept for squares of this side [px]; a block is two by two of them.
+constexpr int drift_cell = drift_block / 2;
+
+std::size_t row_bytes(const Picture& picture) {
+    return static_cast<std::size_t>(picture.width) * 3;
+}
+
+Row row_of(const Picture& picture, int y) {
+    return picture.rgb.data() + row_bytes(picture) * static_cast<std::size_t>(std::clamp(y, 0, picture.height - 1));
+}
+
+/// Row y of the picture out of focus; the picture's border repeats. sums: memory for width + 4 pixels.
+void smooth_row(const Picture& picture, int y, std::vector<std::uint16_t>& sums, std::uint8_t* out) {
+    const std::size_t n = row_bytes(picture);
+    sums.resize(n + 12);
+    Row r[5];
+    for (int k = 0; k < 5; ++k) {
+        r[k] = row_of(picture, y + k - weight_reach);
+    }
+    std::uint16_t* middle = sums.data() + 6;
+    for (std::size_t i = 0; i < n; ++i) {
+        middle[i] = static_cast<std::uint16_t>(r[0][i] + r[4][i] + 4 * (r[1][i] + r[3][i]) + 6 * r[2][i]);
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+        sums[c] = sums[c + 3] = middle[c];
+        middle[n + c] = middle[n + 3 + c] = middle[n - 3 + c];
+    }
+    const std::uint16_t* s = sums.data();
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto sum = static_cast<std::uint16_t>(s[i] + s[i + 12] + 4 * (s[i + 3] + s[i + 9]) + 6 * s[i + 6] + 128);
+        out[i] = static_cast<std::uint8_t>(sum >> 8);
+    }
+}
+
+/// Largest of each pixel's three channels.
+void largest_channel(const std::uint8_t* channels, int width, std::uint8_t* out) {
+    for (int x = 0; x < width; ++x) {
+        out[x] = std::max({channels[3 * x], channels[3 * x + 1], channels[3 * x + 2]});
+    }
+}
+
+void absolute_difference(Row a, Row b, std::size_t n, std::uint8_t* out) {
+    for (std::size_t i = 0; i < n; ++i) {
+        out[i] = static_cast<std::uint8_t>(std::max(a[i], b[i]) - std::min(a[i], b[i]));
+    }
+}
+
+/// Least and largest value of each channel over 3 x 3 pixels of one row of a smooth picture.
+struct Range {
+    Bytes low;
+    Bytes high;
+    Bytes column_low;  ///< over 1 x 3 pixels, with one pixel more on each side
+    Bytes column_high;
+
+    void compute(const Picture& picture, int y) {
+        const std::size_t n = row_bytes(picture);
+        low.resize(n);
+        high.resize(n);
+        column_low.resize(n + 6);
+        column_high.resize(n + 6);
+        Row up = row_of(picture, y - 1);
+        Row at = row_of(picture, y);
+        Row down = row_of(picture, y + 1);
+        for (std::size_t i = 0; i < n; ++i) {
+            column_low[i + 3] = std::min({up[i], at[i], down[i]});
+            column_high[i + 3] = std::max({up[i], at[i], down[i]});
+        }
+        for (std::size_t c = 0; c < 3; ++c) {
+            column_low[c] = column_low[c + 3];
+            column_high[c] = column_high[c + 3];
+            column_low[n + 3 + c] = column_low[n + c];
+            column_high[n + 3 + c] = column_high[n + c];
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            low[i] = std::min({column_low[i], column_low[i + 3], column_low[i + 6]});
+            high[i] = std::max({column_high[i], column_high[i + 3], column_high[i + 6]});
+        }
+    }
+};
+
+/// By how much q leaves the half of p's range about p, added to `excess` by maximum.
+void raise_excess(Row p, Row q, const Range& range, std::size_t n, std::uint8_t* excess) {
+    const std::uint8_t* low = range.low.data();
+    const std::uint8_t* high = range.high.data();
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto most = static_cast<std::uint8_t>((p[i] + high[i] + 1) >> 1);
+        const auto least = static_cast<std::uint8_t>((p[i] + low[i]) >> 1);
+        const auto above = static_cast<std::uint8_t>(std::max(q[i], most) - most);
+        const auto below = static_cast<std::uint8_t>(std::max(q[i], least) - q[i]);
+        excess[i] = std::max({excess[i], above, below});
+    }
+}
+
+/// Sums of signed differences on flat pixels.
+class DriftSums {
+public:
+    explicit DriftSums(const Picture& picture)
+        : width_(picture.width), height_(picture.height), columns_((picture.width + drift_cell - 1) / drift_cell),
+          rows_((picture.height + drift_cell - 1) / drift_cell) {
+        for (std::vector<std::int32_t>& channel : cells_) {
+            channel.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
+        }
+        flat_.fill(static_cast<std::int64_t>(width_) * height_);
+    }
+
+    void add_row(Row a, Row b, const Range& range_a, const Range& range_b, int y) {
+        const std::size_t n = static_cast<std::size_t>(width_) * 3;
+        signed_.resize(n);
+        busy_.resize(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            const int d = b[i] - a[i];
+            const int spread = std::max(range_a.high[i] - range_a.low[i], range_b.high[i] - range_b.low[i]);
+            const bool is_flat = spread <= flat_levels;
+            const bool counts = is_flat && (d > rounding_levels || d < -rounding_levels);
+            signed_[i] = static_cast<std::int16_t>(counts ? d : 0);
+            busy_[i] = is_flat ? 0 : 1;
+        }
+        for (int column = 0; column < columns_; ++column) {
+            const std::size_t end = std::min(n, static_cast<std::size_t>(column + 1) * drift_cell * 3);
+            std::array<std::int32_t, 3> sum{};
+            std::array<std::int32_t, 3> busy{};
+            for (std::size_t i = static_cast<std::size_t>(column) * drift_cell * 3; i < end; i += 3) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    sum[c] += signed_[i + c];
+                    busy[c] += busy_[i + c];
+                }
+            }
+            for (std::size_t c = 0; c < 3; ++c) {
+                cells_[c][static_cast<std::size_t>(y / drift_cell * columns_ + column)] += sum[c];
+                flat_[c] -= busy[c];
+            }
+        }
+    }
+
+    Drift result() const {
+        Drift drift;
+        const double block_pixels =
+            static_cast<double>(std::min(drift_block, width_)) * static_cast<double>(std::min(drift_block, height_));
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::int64_t sum = 0;
+            for (const std::int32_t cell : cells_[c]) {
+                sum += cell;
+            }
+            const double whole = static_cast<double>(sum) / static_cast<double>(std::max<std::int64_t>(flat_[c], 1));
+            if (std::abs(whole) > std::abs(drift.whole)) {
+                drift.whole = whole;
+            }
+            for (int y = 0; y == 0 || y + 1 < rows_; ++y) {
+                for (int x = 0; x == 0 || x + 1 < columns_; ++x) {
+                    const double block = block_sum(cells_[c], x, y) / block_pixels;
+                    if (std::abs(block) > std::abs(drift.block)) {
+                        drift.block = block;
+                        drift.x = x * drift_cell;
+                        drift.y = y * drift_cell;
+                    }
+                }
+            }
+        }
+        return drift;
+    }
+
+private:
+    double block_sum(const std::vector<std::int32_t>& cells, int x, int y) const {
+        double sum = 0.0;
+        for (int row = y; row < std::min(y + 2, rows_); ++row) {
+            for (int column = x; column < std::min(x + 2, columns_); ++column) {
+                sum += cells[static_cast<std::size_t>(row * columns_ + column)];
+            }
+        }
+        return sum;
+    }
+
+    int width_;
+    int height_;
+    int columns_;
+    int rows_;
+    std::array<std::vector<std::int32_t>, 3> cells_; ///< [levels px]
+    std::array<std::int64_t, 3> flat_{};             ///< pixels
+    std::vector<std::int16_t> signed_;               ///< of one row
+    Bytes busy_;                                     ///< of one row
+};
+
+/// raw and its sums. Returns for each row whether it holds more than rounding.
+std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap& map) {
+    const auto width = static_cast<std::size_t>(a.width);
+    const std::size_t n = row_bytes(a);
+    std::vector<bool> has_differences(static_cast<std::size_t>(a.height));
+    Bytes channels(n);
+    std::int64_t sum = 0;
+    for (int y = 0; y < a.height; ++y) {
+        std::uint8_t* raw = map.raw.data() + width * static_cast<std::size_t>(y);
+        if (std::memcmp(row_of(a, y), row_of(b, y), n) == 0) {
+            std::memset(raw, 0, width);
+            continue;
+        }
+        absolute_difference(row_of(a, y), row_of(b, y), n, channels.data());
+        std::int32_t row_sum = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+            row_sum += channels[i];
+        }
+        sum += row_sum;
+        largest_channel(channels.data(), a.width, raw);
+        std::uint8_t row_largest = 0;
+        std::int32_t row_differing = 0;
+        for (std::size_t x = 0; x < width; ++x) {
+            row_largest = std::max(row_largest, raw[x]);
+            row_differing += raw[x] != 0;
+        }
+        map.largest = std::max<int>(map.largest, row_largest);
+        map.differing += row_differing;
+        has_differences[static_cast<std::size_t>(y)] = row_largest > rounding_levels;
+    }
+    map.mean = static_cast<double>(sum) / (static_cast<double>(n) * a.height);
+    return has_differences;
+}
+
+/// For each row whether one within `reach` is set.
+std::vector<bool> widened(const std::vector<bool>& rows, int reach) {
+    std::vector<bool> wide(rows.size());
+    const int count = static_cast<int>(rows.size());
+    for (int y = 0; y < count; ++y) {
+        if (rows[static_cast<std::size_t>(y)]) {
+            const auto begin = wide.begin() + std::max(y - reach, 0);
+            std::fill(begin, wide.begin() + std::min(y + reach + 1, count), true);
+        }
+    }
+    return wide;
+}
+
+void set_size(Picture& picture, const Picture& like) {
+    picture.width = like.width;
+    picture.height = like.height;
+    picture.rgb.resize(like.rgb.size());
+}
+
+} // namespace
+
+void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
+    map.width = a.width;
+    map.height = a.height;
+    const auto width = static_cast<std::size_t>(a.width);
+    const std::size_t pixels = width * static_cast<std::size_t>(a.height);
+    map.raw.resize(pixels);
+    map.smooth.assign(pixels, 0);
+    map.excess.assign(pixels, 0);
+    map.differing = 0;
+    map.largest = 0;
+    map.drift = {};
+    const std::vector<bool> has_differences = measure_raw(a, b, map);
+    if (map.largest <= rounding_levels) {
+        return;
+    }
+
+    set_size(map.reference, a);
+    set_size(map.candidate, b);
+    const std::vector<bool> needs_smooth = widened(has_differences, shift_reach);
+    const std::size_t n = row_bytes(a);
+    std::vector<std::uint16_t> sums;
+    for (int y = 0; y < a.height; ++y) {
+        if (needs_smooth[static_cast<std::size_t>(y)]) {
+            smooth_row(a, y, sums, map.reference.rgb.data() + n * static_cast<std::size_t>(y));
+            smooth_row(b, y, sums, map.candidate.rgb.data() + n * static_cast<std::size_t>(y));
+        }
+    }
+
+    const std::vector<bool> needs_excess = widened(has_differences, weight_reach);
+    DriftSums drift(a);
+    Range range_a;
+    Range range_b;
+    Bytes channels(n);
+    for (int y = 0; y < a.height; ++y) {
+        if (!needs_excess[static_cast<std::size_t>(y)]) {
+            continue;
+        }
+        Row pa = row_of(map.reference, y);
+        Row pb = row_of(map.candidate, y);
+        absolute_difference(pa, pb, n, channels.data());
+        largest_channel(channels.data(), a.width, map.smooth.data() + width * static_cast<std::size_t>(y));
+        range_a.compute(map.reference, y);
+        range_b.compute(map.candidate, y);
+        std::fill(channels.begin(), channels.end(), std::uint8_t{0});
+        raise_excess(pa, pb, range_a, n, channels.data());
+        raise_excess(pb, pa, range_b, n, channels.data());
+        largest_channel(channels.data(), a.width, map.excess.data() + width * static_cast<std::size_t>(y));
+        drift.add_row(pa, pb, range_a, range_b, y);
+    }
+    map.drift = drift.result();
+}
+
+Peak densest_window(const std::vector<std::uint8_t>& values, int width, int height, int level, int size) {
+    const int columns = cell_count(width);
+    const int rows = cell_count(height);
+    std::vector<std::int32_t> cells(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    for (int y = 0; y < height; ++y) {
+        const std::uint8_t* row = values.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+        std::int32_t* cell = cells.data() + static_cast<std::size_t>(y / cell_size) * static_cast<std::size_t>(columns);
+        for (int x = 0; x < width; ++x) {
+            cell[x / cell_size] += row[x] > level;
+        }
+    }
+    Peak best;
+    const int side = size / cell_size;
+    std::vector<std::int32_t> column_sums(static_cast<std::size_t>(columns));
+    for (int top = 0; top == 0 || top + side <= rows; ++top) {
+        std::fill(column_sums.begin(), column_sums.end(), 0);
+        for (int row = top; row < std::min(top + side, rows); ++row) {
+            for (int c = 0; c < columns; ++c) {
+                column_sums[static_cast<std::size_t>(c)] += cells[static_cast<std::size_t>(row * columns + c)];
+            }
+        }
+        for (int left = 0; left == 0 || left + side <= columns; ++left) {
+            const auto begin = column_sums.begin() + left;
+            const auto end = column_sums.begin() + std::min(left + side, columns);
+            std::int32_t sum = 0;
+            for (auto column = begin; column != end; ++column) {
+                sum += *column;
+            }
+            if (sum > best.value) {
+                best = {sum, left * cell_size, top * cell_size};
+            }
+        }
+    }
+    return best;
+}
+
+} // namespace diff

@@ -1,0 +1,66 @@
+#pragma once
+/// What differs between two pictures of one size, pixel by pixel and by area.
+///
+/// An edge that is drawn with other samples changes its pixels at random and keeps its place; the change vanishes
+/// in pictures that are slightly out of focus. So these are compared: with the weights 1 4 6 4 1 (by 16) in x and
+/// y, a colour may lie anywhere up to half the way to its eight neighbours, which is what an edge moved by half a
+/// pixel does. What goes beyond is `excess`.
+#include "render/compare/picture.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace diff {
+
+/// Differences of one level are rounding.
+inline constexpr int rounding_levels = 1;
+
+/// Areas are sums over cells of 4 x 4 pixels.
+inline constexpr int cell_size = 4;
+
+/// Number of cells along a length [px].
+constexpr int cell_count(int pixels) {
+    return (pixels + cell_size - 1) / cell_size;
+}
+
+/// Mean signed differences candidate - reference [levels] where both pictures are flat, without rounding.
+struct Drift {
+    double whole = 0.0; ///< over all flat pixels; of the channel that differs most
+    double block = 0.0; ///< over one block of drift_block pixels square
+    int x = 0;          ///< [px] upper left corner of that block
+    int y = 0;          ///< [px]
+};
+inline constexpr int drift_block = 64; ///< [px]
+
+/// A map that is used again costs no new memory.
+struct DifferenceMap {
+    int width = 0;                    ///< [px]
+    int height = 0;                   ///< [px]
+    std::vector<std::uint8_t> raw;    ///< [height * width] [levels] largest difference of a channel
+    std::int64_t differing = 0;       ///< pixels
+    int largest = 0;                  ///< [levels]
+    double mean = 0.0;                ///< [levels] absolute, of all channels
+    // Out of focus. Where rows hold no difference, nothing is computed, and all is 0.
+    std::vector<std::uint8_t> smooth; ///< [height * width] [levels] largest difference of a channel
+    std::vector<std::uint8_t> excess; ///< [height * width] [levels]
+    Picture reference;                ///< valid in the rows near differences
+    Picture candidate;
+    Drift drift;
+};
+
+/// Compares a and b, which have one size. Only rgb is looked at.
+void measure(const Picture& a, const Picture& b, DifferenceMap& map);
+
+/// The place of the largest sum.
+struct Peak {
+    int value = 0;
+    int x = 0; ///< [px] upper left corner of the window
+    int y = 0; ///< [px]
+};
+
+/// Most pixels in one window of size x size [px] whose value is above `level`; size: a multiple of cell_size.
+/// Windows lie at multiples of cell_size.
+Peak densest_window(const std::vector<std::uint8_t>& values, int width, int height, int level, int size);
+
+} // namespace diff

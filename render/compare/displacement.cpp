@@ -1,0 +1,285 @@
+#include "render/compare/displacement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace diff {
+
+namespace {
+
+/// Pixels that a fit looks at: enough for a shift to a hundredth of a pixel.
+constexpr std::size_t most_points = 800;
+/// Pixels that the search for a whole shift looks at, for each shift.
+constexpr std::size_t most_search_points = 120;
+/// Steps of the fit; each takes the rest of the shift to about its square.
+constexpr int iterations = 5;
+/// Where the slopes in one direction are weaker than this share of those across (squared), the area is an edge,
+/// and the shift along it is not seen.
+constexpr double least_slope_ratio = 0.1;
+/// A fit that has left its start by this much [px] has not converged.
+constexpr double most_refinement = 3.0;
+/// A shift that leaves more than this share of the differences may be a far one: whole shifts are tried.
+constexpr double far_rest = 0.5;
+
+struct Point {
+    int x, y;
+};
+
+struct Shift {
+    double x = 0.0, y = 0.0;
+};
+
+std::vector<Point> points_of(const Area& area, int width, int height, std::size_t most) {
+    std::vector<Point> points;
+    const std::size_t all = area.cells.size() * cell_size * cell_size;
+    const std::size_t stride = std::max<std::size_t>(1, (all + most - 1) / most);
+    const int columns = cell_count(width);
+    for (std::size_t i = 0; i < all; i += stride) {
+        const int cell = area.cells[i / (cell_size * cell_size)];
+        // A step of 5 through the 16 pixels of a cell meets all of them, in mixed order.
+        const int inside = static_cast<int>(i * 5 % (cell_size * cell_size));
+        const Point point{cell % columns * cell_size + inside % cell_size,
+                          cell / columns * cell_size + inside / cell_size};
+        if (point.x < width && point.y < height) {
+            points.push_back(point);
+        }
+    }
+    return points;
+}
+
+class Fit {
+public:
+    Fit(const Picture& a, const Picture& b) : a_(a), b_(b) {}
+
+    /// Sum of squared differences that the shift leaves.
+    double rest(const std::vector<Point>& points, const Shift& u) const {
+        double sum = 0.0;
+        for (const Point& p : points) {
+            for (int c = 0; c < 3; ++c) {
+                const double r = at(b_, p.x, p.y, c) - sample(p.x - u.x, p.y - u.y, c);
+                sum += r * r;
+            }
+        }
+        return sum;
+    }
+
+    Shift whole_shift(const std::vector<Point>& points, int reach) const {
+        Shift best;
+        double least = whole_rest(points, 0, 0);
+        for (int y = -reach; y <= reach; ++y) {
+            for (int x = -reach; x <= reach; ++x) {
+                const double now = whole_rest(points, x, y);
+                if (now < least) {
+                    least = now;
+                    best = {static_cast<double>(x), static_cast<double>(y)};
+                }
+            }
+        }
+        return best;
+    }
+
+    /// One step of Gauss and Newton on rest(). What cannot be seen, a shift along straight edges, stays zero.
+    Shift improved(const std::vector<Point>& points, const Shift& u) const {
+        double xx = 0.0, xy = 0.0, yy = 0.0, x_r = 0.0, y_r = 0.0;
+        const int ux = static_cast<int>(std::lround(u.x));
+        const int uy = static_cast<int>(std::lround(u.y));
+        for (const Point& p : points) {
+            for (int c = 0; c < 3; ++c) {
+                const double gx = slope(p, 1, 0, ux, uy, c);
+                const double gy = slope(p, 0, 1, ux, uy, c);
+                // What the whole shift is to explain: the rest, and what u explains already.
+                const double r = at(b_, p.x, p.y, c) - sample(p.x - u.x, p.y - u.y, c) - gx * u.x - gy * u.y;
+                xx += gx * gx;
+                xy += gx * gy;
+                yy += gy * gy;
+                x_r -= gx * r;
+                y_r -= gy * r;
+            }
+        }
+        // Principal directions of the slopes: (cos, sin) of the steeper one.
+        const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
+        const double spread = std::hypot(0.5 * (xx - yy), xy);
+        const double steep = 0.5 * (xx + yy) + spread;
+        const double flat = 0.5 * (xx + yy) - spread;
+        if (steep <= 0.0) {
+            return u;
+        }
+        const double cosine = std::cos(angle);
+        const double sine = std::sin(angle);
+        const double along_steep = (cosine * x_r + sine * y_r) / steep;
+        const double along_flat = flat < least_slope_ratio * steep ? 0.0 : (cosine * y_r - sine * x_r) / flat;
+        return {cosine * along_steep - sine * along_flat, sine * along_steep + cosine * along_flat};
+    }
+
+    /// The best shift that steps from `start` come to, and what it leaves.
+    std::pair<Shift, double> refined(const std::vector<Point>& points, const Shift& start) const {
+        std::pair<Shift, double> best{{}, rest(points, {})};
+        Shift u = start;
+        for (int i = 0; i < iterations; ++i) {
+            u = improved(points, u);
+            if (std::hypot(u.x - start.x, u.y - start.y) > most_refinement) {
+                break;
+            }
+            const double now = rest(points, u);
+            if (now < best.second) {
+                best = {u, now};
+            }
+        }
+        return best;
+    }
+
+private:
+    static double at(const Picture& p, int x, int y, int c) {
+        const int column = std::clamp(x, 0, p.width - 1);
+        const int row = std::clamp(y, 0, p.height - 1);
+        return p.rgb[(static_cast<std::size_t>(row) * static_cast<std::size_t>(p.width) +
+                      static_cast<std::size_t>(column)) * 3 + static_cast<std::size_t>(c)];
+    }
+
+    /// The reference between its pixels, linear.
+    double sample(double x, double y, int c) const {
+        const int left = static_cast<int>(std::floor(x));
+        const int top = static_cast<int>(std::floor(y));
+        const double fx = x - left;
+        const double fy = y - top;
+        const double upper = fx == 0.0 ? at(a_, left, top, c)
+                                       : (1.0 - fx) * at(a_, left, top, c) + fx * at(a_, left + 1, top, c);
+        if (fy == 0.0) {
+            return upper;
+        }
+        const double lower = (1.0 - fx) * at(a_, left, top + 1, c) + fx * at(a_, left + 1, top + 1, c);
+        return (1.0 - fy) * upper + fy * lower;
+    }
+
+    /// Mean of both pictures' slopes [levels/px] in one direction.
+    double slope(const Point& p, int dx, int dy, int ux, int uy, int c) const {
+        return 0.25 * (at(b_, p.x + dx, p.y + dy, c) - at(b_, p.x - dx, p.y - dy, c) +
+                       at(a_, p.x - ux + dx, p.y - uy + dy, c) - at(a_, p.x - ux - dx, p.y - uy - dy, c));
+    }
+
+    double whole_rest(const std::vector<Point>& points, int ux, int uy) const {
+        double sum = 0.0;
+        for (const Point& p : points) {
+            for (int c = 0; c < 3; ++c) {
+                const double r = at(b_, p.x, p.y, c) - at(a_, p.x - ux, p.y - uy, c);
+                sum += r * r;
+            }
+        }
+        return sum;
+    }
+
+    const Picture& a_;
+    const Picture& b_;
+};
+
+/// The cells with their sums.
+Area sum_of(std::vector<std::int32_t> cells, const DifferenceMap& map, int level) {
+    Area area;
+    const int columns = cell_count(map.width);
+    int right = -1;
+    int bottom = -1;
+    area.box = {map.width, map.height, 0, 0};
+    for (const std::int32_t cell : cells) {
+        const int left = cell % columns * cell_size;
+        const int top = cell / columns * cell_size;
+        for (int y = top; y < std::min(top + cell_size, map.height); ++y) {
+            for (int x = left; x < std::min(left + cell_size, map.width); ++x) {
+                const int d = map.smooth[static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) +
+                                      static_cast<std::size_t>(x)];
+                if (d > level) {
+                    ++area.pixels;
+                    area.largest = std::max(area.largest, d);
+                    area.box.x = std::min(area.box.x, x);
+                    area.box.y = std::min(area.box.y, y);
+                    right = std::max(right, x);
+                    bottom = std::max(bottom, y);
+                }
+            }
+        }
+    }
+    area.box.width = right - area.box.x + 1;
+    area.box.height = bottom - area.box.y + 1;
+    area.cells = std::move(cells);
+    return area;
+}
+
+} // namespace
+
+std::vector<Area> find_areas(const DifferenceMap& map, int level) {
+    const int columns = cell_count(map.width);
+    const int rows = cell_count(map.height);
+    std::vector<std::uint8_t> is_open(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    for (int y = 0; y < map.height; ++y) {
+        const std::uint8_t* row = map.smooth.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width);
+        std::uint8_t* cell = is_open.data() + static_cast<std::size_t>(y / cell_size) * static_cast<std::size_t>(columns);
+        for (int x = 0; x < map.width; ++x) {
+            cell[x / cell_size] |= row[x] > level;
+        }
+    }
+    std::vector<Area> areas;
+    for (std::size_t start = 0; start < is_open.size(); ++start) {
+        if (is_open[start] == 0) {
+            continue;
+        }
+        std::vector<std::int32_t> cells{static_cast<std::int32_t>(start)};
+        is_open[start] = 0;
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+            const int x = cells[i] % columns;
+            const int y = cells[i] / columns;
+            for (int row = std::max(y - 1, 0); row <= std::min(y + 1, rows - 1); ++row) {
+                for (int column = std::max(x - 1, 0); column <= std::min(x + 1, columns - 1); ++column) {
+                    std::uint8_t& next = is_open[static_cast<std::size_t>(row * columns + column)];
+                    if (next != 0) {
+                        next = 0;
+                        cells.push_back(row * columns + column);
+                    }
+                }
+            }
+        }
+        std::sort(cells.begin(), cells.end());
+        areas.push_back(sum_of(std::move(cells), map, level));
+    }
+    std::stable_sort(areas.begin(), areas.end(), [](const Area& a, const Area& b) { return a.pixels > b.pixels; });
+    return areas;
+}
+
+std::vector<Area> split_area(const Area& area, const DifferenceMap& map, int level, int side) {
+    const int columns = cell_count(map.width);
+    const int half = side / 2 / cell_size; // [cells]
+    std::map<std::pair<int, int>, std::vector<std::int32_t>> tiles;
+    for (const std::int32_t cell : area.cells) {
+        const int i = cell % columns / half;
+        const int j = cell / columns / half;
+        for (const auto& [di, dj] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
+            tiles[{j - dj, i - di}].push_back(cell);
+        }
+    }
+    std::vector<Area> parts;
+    for (auto& [place, cells] : tiles) {
+        parts.push_back(sum_of(std::move(cells), map, level));
+    }
+    return parts;
+}
+
+Displacement fit_displacement(const DifferenceMap& map, const Area& area, int reach) {
+    const Picture& a = map.reference;
+    const Fit fit(a, map.candidate);
+    const std::vector<Point> points = points_of(area, a.width, a.height, most_points);
+    const double before = fit.rest(points, {});
+    if (before == 0.0) {
+        return {};
+    }
+    auto [shift, rest] = fit.refined(points, {});
+    if (rest > far_rest * before) {
+        const Shift start = fit.whole_shift(points_of(area, a.width, a.height, most_search_points), reach);
+        const auto [far_shift, least] = fit.refined(points, start);
+        if (least < rest) {
+            shift = far_shift;
+            rest = least;
+        }
+    }
+    return {shift.x, shift.y, 1.0 - rest / before};
+}
+
+} // namespace diff

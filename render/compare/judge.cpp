@@ -1,0 +1,248 @@
+#include "render/compare/judge.h"
+
+#include "render/compare/displacement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace diff {
+
+namespace {
+
+constexpr int window_size = 32; ///< [px]
+constexpr int spot_size = 8;    ///< [px]
+constexpr int window_levels = 8;
+constexpr int spot_levels = 16;
+constexpr int faint_levels = 4;
+
+/// Clusters are pixels whose smooth difference is above this.
+constexpr int cluster_levels = 8;
+/// A shift counts if it explains this share of a cluster of at least so many pixels: fits to the noise of edges
+/// are worse or smaller.
+constexpr double least_explained = 0.55;
+constexpr std::int64_t least_cluster_pixels = 30;
+/// Clusters larger than this [px] are fitted in parts too: one thing may have moved among noise.
+constexpr int part_side = 48;
+/// Fits of one picture at most. One takes 0.1 to 0.4 ms.
+constexpr std::size_t most_fits = 32;
+constexpr std::size_t most_fits_if_changed = 8;
+/// Whole shifts that are tried [px].
+constexpr int search_reach = 6;
+constexpr std::size_t most_clusters = 16;
+
+/// Gates of one pair in the making.
+class Findings {
+public:
+    Findings(const DifferenceMap& map, const Limits& limits) : map_(map), limits_(limits) {}
+
+    std::vector<Gate> gates;
+    std::vector<Cluster> clusters;
+
+    void find() {
+        add_windows();
+        add(GateId::drift, std::abs(map_.drift.whole), "levels",
+            fmt::format("flat pixels differ by {:+.2f} levels on average", map_.drift.whole));
+        add(GateId::block_drift, std::abs(map_.drift.block), "levels",
+            fmt::format("those of the {0}x{0} pixels at ({1}, {2}) by {3:+.2f}", drift_block, map_.drift.x,
+                        map_.drift.y, map_.drift.block));
+        add_displacement();
+    }
+
+    bool is_exceeded() const {
+        return std::any_of(gates.begin(), gates.end(), [](const Gate& gate) { return gate.is_exceeded; });
+    }
+
+private:
+    void add(GateId id, double value, const char* unit, std::string reason) {
+        const Limit& limit = limits_[id];
+        gates.push_back({name_of(id), value, limit.value, unit, std::move(reason), limit.source, value > limit.value});
+    }
+
+    void add_windows() {
+        const auto add_window = [this](GateId id, int level, int size, const char* what) {
+            const Peak peak = densest_window(map_.excess, map_.width, map_.height, level, size);
+            add(id, peak.value, "px",
+                fmt::format("{} pixels of the {}x{} at ({}, {}) are {} than an edge's noise", peak.value, size, size,
+                            peak.x, peak.y, what));
+        };
+        add_window(GateId::window, window_levels, window_size, "more");
+        add_window(GateId::spot, spot_levels, spot_size, "much more");
+        add_window(GateId::faint, faint_levels, window_size, "a little more");
+    }
+
+    /// Clusters, and the farthest shift that explains one of them, or one of its parts.
+    void add_displacement() {
+        std::vector<Area> areas = find_areas(map_, cluster_levels);
+        std::size_t fits_left = is_exceeded() ? most_fits_if_changed : most_fits;
+        Displacement farthest;
+        Box place;
+        const auto fit = [&](const Area& area) {
+            --fits_left;
+            const Displacement u = fit_displacement(map_, area, search_reach);
+            if (u.explained >= least_explained && area.pixels >= least_cluster_pixels &&
+                std::hypot(u.x, u.y) > std::hypot(farthest.x, farthest.y)) {
+                farthest = u;
+                place = area.box;
+            }
+            return u;
+        };
+        std::vector<Area> parts;
+        for (const Area& area : areas) {
+            const bool is_fitted = fits_left > 0 && area.pixels >= least_cluster_pixels;
+            if (!is_fitted && clusters.size() >= most_clusters) {
+                break;
+            }
+            const Displacement u = is_fitted ? fit(area) : Displacement{};
+            if (clusters.size() < most_clusters) {
+                clusters.push_back({area.box, area.pixels, area.largest, kind_of(area, u), u, {}});
+            }
+            if (area.box.width > part_side || area.box.height > part_side) {
+                std::vector<Area> split = split_area(area, map_, cluster_levels, part_side);
+                std::move(split.begin(), split.end(), std::back_inserter(parts));
+            }
+        }
+        std::stable_sort(parts.begin(), parts.end(), [](const Area& a, const Area& b) { return a.pixels > b.pixels; });
+        for (const Area& part : parts) {
+            if (fits_left == 0 || part.pixels < least_cluster_pixels) {
+                break;
+            }
+            fit(part);
+        }
+        add(GateId::displacement, std::hypot(farthest.x, farthest.y), "px",
+            farthest.explained == 0.0
+                ? std::string("no shift explains a cluster of differing pixels")
+                : fmt::format("the shift ({:+.2f}, {:+.2f}) explains {:.0f} % of the {}x{} pixels at ({}, {})", farthest.x,
+                              farthest.y, 100.0 * farthest.explained, place.width, place.height, place.x, place.y));
+    }
+
+    ClusterKind kind_of(const Area& area, const Displacement& u) const {
+        if (u.explained >= least_explained && std::hypot(u.x, u.y) > limits_[GateId::displacement].value) {
+            return ClusterKind::moved;
+        }
+        if (excess_pixels(area) <= limits_[GateId::spot].value) {
+            return ClusterKind::noise;
+        }
+        return has_same_edges(area) ? ClusterKind::recoloured : ClusterKind::replaced;
+    }
+
+    /// Calls use(x, y) for all pixels of the area's cells.
+    template <typename Use>
+    void visit(const Area& area, Use use) const {
+        const int columns = cell_count(map_.width);
+        for (const std::int32_t cell : area.cells) {
+            const int left = cell % columns * cell_size;
+            const int top = cell / columns * cell_size;
+            for (int y = top; y < std::min(top + cell_size, map_.height); ++y) {
+                for (int x = left; x < std::min(left + cell_size, map_.width); ++x) {
+                    use(x, y);
+                }
+            }
+        }
+    }
+
+    double excess_pixels(const Area& area) const {
+        int count = 0;
+        visit(area, [&](int x, int y) { count += map_.excess[pixel(x, y)] > window_levels; });
+        return count;
+    }
+
+    /// True if the slopes of both pictures go together: the same shapes in other colours.
+    bool has_same_edges(const Area& area) const {
+        double aa = 0.0, bb = 0.0, ab = 0.0;
+        visit(area, [&](int x, int y) {
+            if (x + 1 >= map_.width || y + 1 >= map_.height) {
+                return;
+            }
+            for (const std::size_t next : {pixel(x + 1, y), pixel(x, y + 1)}) {
+                const double a = brightness(map_.reference, next) - brightness(map_.reference, pixel(x, y));
+                const double b = brightness(map_.candidate, next) - brightness(map_.candidate, pixel(x, y));
+                aa += a * a;
+                bb += b * b;
+                ab += a * b;
+            }
+        });
+        constexpr double least_correlation = 0.5;
+        return aa > 0.0 && bb > 0.0 && ab > least_correlation * std::sqrt(aa * bb);
+    }
+
+    static double brightness(const Picture& picture, std::size_t pixel) {
+        const std::uint8_t* rgb = &picture.rgb[pixel * 3];
+        return rgb[0] + rgb[1] + rgb[2];
+    }
+
+    std::size_t pixel(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(map_.width) + static_cast<std::size_t>(x);
+    }
+
+    const DifferenceMap& map_;
+    const Limits& limits_;
+};
+
+void judge_colors(const Picture& reference, const Picture& candidate, const Limits& limits, DifferenceMap& map,
+                  Frame& frame) {
+    measure(reference, candidate, map);
+    Findings findings(map, limits);
+    findings.find();
+    frame.tier = findings.is_exceeded() ? Tier::changed : Tier::noise;
+    frame.differing_pixels = map.differing;
+    frame.largest_difference = map.largest;
+    frame.mean_difference = map.mean;
+    frame.gates = std::move(findings.gates);
+    frame.clusters = std::move(findings.clusters);
+    frame.curve = 0.0;
+    std::string exceeded;
+    for (const Gate& gate : frame.gates) {
+        frame.curve = std::max(frame.curve, gate.limit > 0.0 ? gate.value / gate.limit : gate.value);
+        if (gate.is_exceeded) {
+            exceeded += fmt::format("{}{} {:.4g} {} (limit {:.4g}): {}", exceeded.empty() ? "" : "; ", gate.name,
+                                    gate.value, gate.unit, gate.limit, gate.reason);
+        }
+    }
+    frame.message = exceeded.empty() ? fmt::format("{} pixels differ by up to {} levels, all within the noise of "
+                                                   "edges and rounding",
+                                                   map.differing, map.largest)
+                                     : exceeded;
+}
+
+/// The picture as seen on white.
+Picture on_white(const Picture& picture) {
+    Picture white = picture;
+    for (std::size_t i = 0; i < picture.alpha.size(); ++i) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            white.rgb[3 * i + c] = static_cast<std::uint8_t>(picture.rgb[3 * i + c] + 255 - picture.alpha[i]);
+        }
+    }
+    return white;
+}
+
+} // namespace
+
+const char* name_of(GateId id) {
+    constexpr const char* names[] = {"window", "spot", "faint", "displacement", "drift", "block drift"};
+    return names[static_cast<int>(id)];
+}
+
+void judge(const Picture& reference, const Picture& candidate, const Limits& limits, DifferenceMap& map,
+           Frame& frame) {
+    if (is_equal(reference, candidate)) {
+        frame.tier = Tier::identical;
+        frame.message = "the same pixels";
+        return;
+    }
+    if (!reference.alpha.empty() || !candidate.alpha.empty()) {
+        Frame white = frame;
+        judge_colors(on_white(reference), on_white(candidate), limits, map, white);
+        judge_colors(reference, candidate, limits, map, frame);
+        if (white.curve > frame.curve) {
+            white.message += " (on white)";
+            frame = std::move(white);
+        }
+        return;
+    }
+    judge_colors(reference, candidate, limits, map, frame);
+}
+
+} // namespace diff

@@ -1,0 +1,44 @@
+#pragma once
+/// Two pictures of one size -> tier, gates and clusters.
+#include "render/compare/difference.h"
+#include "render/compare/picture.h"
+#include "render/compare/result.h"
+
+#include <array>
+#include <string>
+
+namespace diff {
+
+/// The conditions of tier `noise`.
+enum class GateId {
+    window,       ///< pixels beyond an edge's noise in one window of 32 x 32
+    spot,         ///< the same in 8 x 8, much beyond it: something small
+    faint,        ///< pixels a little beyond it in one window of 32 x 32: a faint change of an area
+    displacement, ///< shift of a cluster [px]
+    drift,        ///< mean signed difference of all flat pixels [levels]
+    block_drift,  ///< the same of one block
+};
+inline constexpr std::size_t gate_count = 6;
+
+/// A gate's limit and where it is from.
+struct Limit {
+    double value = 0.0;
+    std::string source = "default";
+};
+
+/// Of GateId. README.md in this folder has the pictures that the defaults were chosen by.
+struct Limits {
+    std::array<Limit, gate_count> of{{{48.0}, {12.0}, {200.0}, {0.65}, {0.3}, {0.9}}};
+
+    const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
+};
+
+/// The name used in JSON and by --limit: "window", "block drift", ...
+const char* name_of(GateId id);
+
+/// Fills tier, message, sums, gates and clusters of `frame`. The pictures have the same size. `map` is memory
+/// to be used again; afterwards it has what differs (on black, if the pictures have alpha).
+void judge(const Picture& reference, const Picture& candidate, const Limits& limits, DifferenceMap& map,
+           Frame& frame);
+
+} // namespace diff

@@ -1,0 +1,170 @@
+#include "render/compare/pair.h"
+
+#include "sim/error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace diff {
+
+namespace {
+
+/// Palette of a difference picture: four ramps of 64 colours.
+constexpr int ramp = 64;
+constexpr int first_noise = ramp;
+constexpr int first_counted = 2 * ramp;
+constexpr int only_one = 3 * ramp;
+
+/// Excess that the gate `window` counts.
+constexpr int counted_levels = 8;
+
+Bytes make_palette() {
+    Bytes palette(256 * 3);
+    const auto set = [&palette](int index, int r, int g, int b) {
+        palette[static_cast<std::size_t>(index) * 3] = static_cast<std::uint8_t>(r);
+        palette[static_cast<std::size_t>(index) * 3 + 1] = static_cast<std::uint8_t>(g);
+        palette[static_cast<std::size_t>(index) * 3 + 2] = static_cast<std::uint8_t>(b);
+    };
+    for (int i = 0; i < ramp; ++i) {
+        set(i, 176 + i, 176 + i, 176 + i);
+        set(first_noise + i, 150 - 2 * i, 180 - i, 255);
+        set(first_counted + i, 255 - i, 150 - 2 * i, 0);
+        set(only_one + i, 110 + 2 * i, 60 + 2 * i, 150 + i);
+    }
+    return palette;
+}
+
+std::uint8_t grey_index(const Picture& picture, std::size_t pixel) {
+    const std::uint8_t* rgb = &picture.rgb[pixel * 3];
+    return static_cast<std::uint8_t>((rgb[0] * 77 + rgb[1] * 150 + rgb[2] * 29) >> 10);
+}
+
+/// Reads and decodes one side. False, with status and message, if it cannot be.
+bool read_side(const std::optional<std::filesystem::path>& path, const PictureLimits& accepted, Bytes& bytes,
+               Frame& frame) {
+    if (!path) {
+        return false;
+    }
+    try {
+        read_file(*path, accepted, bytes);
+        return true;
+    } catch (const sim::Error& error) {
+        frame.status = Status::unreadable;
+        frame.message = error.what();
+        return false;
+    }
+}
+
+bool decode_side(const Bytes& bytes, const std::filesystem::path& path, const PictureLimits& accepted,
+                 ReaderMemory& memory, Picture& picture, Frame& frame) {
+    try {
+        decode_picture(bytes, path.string(), accepted, picture, memory);
+        return true;
+    } catch (const sim::Error& error) {
+        frame.status = Status::unreadable;
+        frame.message = error.what();
+        return false;
+    }
+}
+
+void clear(Picture& picture) {
+    picture.width = picture.height = 0;
+}
+
+} // namespace
+
+void compare_pictures(const PairSettings& settings, PairMemory& memory, Frame& frame) {
+    frame.width = memory.a.width;
+    frame.height = memory.a.height;
+    frame.candidate_width = memory.b.width;
+    frame.candidate_height = memory.b.height;
+    if (frame.width != frame.candidate_width || frame.height != frame.candidate_height) {
+        frame.status = Status::size_differs;
+        frame.tier = Tier::changed;
+        frame.message = fmt::format("the reference has {}x{} pixels, the candidate {}x{}", frame.width, frame.height,
+                                    frame.candidate_width, frame.candidate_height);
+        return;
+    }
+    apply_mask(settings.mask, memory.a, memory.b);
+    judge(memory.a, memory.b, settings.limits, memory.map, frame);
+}
+
+void compare_files(const PairPaths& paths, const PairSettings& settings, PairMemory& memory, Frame& frame) {
+    frame.tier = Tier::changed;
+    clear(memory.a);
+    clear(memory.b);
+    const bool has_a = read_side(paths.reference, settings.accepted, memory.file_a, frame);
+    const bool has_b = read_side(paths.candidate, settings.accepted, memory.file_b, frame);
+    if (has_a && has_b && memory.file_a == memory.file_b) {
+        try {
+            const auto [width, height] =
+                size_of_picture(memory.file_a, paths.reference->string(), settings.accepted);
+            frame.width = frame.candidate_width = width;
+            frame.height = frame.candidate_height = height;
+            frame.tier = Tier::identical;
+            frame.message = "the same bytes";
+        } catch (const sim::Error& error) {
+            frame.status = Status::unreadable;
+            frame.message = error.what();
+        }
+        return;
+    }
+    const bool is_whole_a =
+        has_a && decode_side(memory.file_a, *paths.reference, settings.accepted, memory.reader, memory.a, frame);
+    const bool is_whole_b =
+        has_b && decode_side(memory.file_b, *paths.candidate, settings.accepted, memory.reader, memory.b, frame);
+    if (is_whole_a && is_whole_b) {
+        compare_pictures(settings, memory, frame);
+        return;
+    }
+    if (is_whole_a) {
+        frame.width = memory.a.width;
+        frame.height = memory.a.height;
+    }
+    if (is_whole_b) {
+        frame.candidate_width = memory.b.width;
+        frame.candidate_height = memory.b.height;
+    }
+    if (frame.status == Status::compared) {
+        frame.status = paths.reference ? Status::candidate_missing : Status::reference_missing;
+        frame.message = paths.reference ? "the candidate has no such picture" : "the reference has no such picture";
+    }
+}
+
+IndexedPicture difference_picture(const PairMemory& memory) {
+    IndexedPicture picture;
+    picture.palette = make_palette();
+    const Picture& a = memory.a;
+    const Picture& b = memory.b;
+    picture.width = std::max(a.width, b.width);
+    picture.height = std::max(a.height, b.height);
+    picture.indices.resize(static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height));
+    const bool is_same_size = a.width == b.width && a.height == b.height;
+    for (int y = 0; y < picture.height; ++y) {
+        std::uint8_t* out = picture.indices.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width);
+        for (int x = 0; x < picture.width; ++x) {
+            const bool is_in_a = x < a.width && y < a.height;
+            const bool is_in_b = x < b.width && y < b.height;
+            const Picture& shown = is_in_b ? b : a;
+            if (!is_in_a && !is_in_b) {
+                continue;
+            }
+            const std::size_t at =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(shown.width) + static_cast<std::size_t>(x);
+            std::uint8_t index = grey_index(shown, at);
+            if (!is_same_size) {
+                index = static_cast<std::uint8_t>(index + (is_in_a && is_in_b ? 0 : only_one));
+            } else if (memory.map.excess[at] > counted_levels) {
+                index = static_cast<std::uint8_t>(first_counted + std::min(memory.map.raw[at] / 4, ramp - 1));
+            } else if (memory.map.raw[at] > rounding_levels) {
+                index = static_cast<std::uint8_t>(first_noise + std::min(memory.map.raw[at] / 4, ramp - 1));
+            }
+            out[x] = index;
+        }
+    }
+    return picture;
+}
+
+} // namespace diff

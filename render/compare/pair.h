@@ -1,0 +1,47 @@
+#pragma once
+/// Two picture files -> Frame, whatever is wrong with them.
+#include "render/compare/judge.h"
+#include "render/compare/mask.h"
+#include "render/compare/picture.h"
+#include "render/compare/result.h"
+
+#include <filesystem>
+#include <optional>
+
+namespace diff {
+
+/// How pairs are compared.
+struct PairSettings {
+    Limits limits;
+    PictureLimits accepted;
+    Mask mask;
+};
+
+/// Memory of one thread, used again from pair to pair: about 60 bytes a pixel.
+struct PairMemory {
+    Bytes file_a;
+    Bytes file_b;
+    Picture a;
+    Picture b;
+    ReaderMemory reader;
+    DifferenceMap map;
+};
+
+/// The two files of a frame; none where a side has no such frame.
+struct PairPaths {
+    std::optional<std::filesystem::path> reference;
+    std::optional<std::filesystem::path> candidate;
+};
+
+/// Fills all of `frame` but name, index, bodies and pictures. Equal files are not decoded. Throws nothing for
+/// what is wrong with a file: that is a status.
+void compare_files(const PairPaths& paths, const PairSettings& settings, PairMemory& memory, Frame& frame);
+
+/// The same for memory.a and memory.b, of any size.
+void compare_pictures(const PairSettings& settings, PairMemory& memory, Frame& frame);
+
+/// What differs, for the eye: the candidate in pale grey, noise in blue, what the gates count in orange to red.
+/// Of pictures of two sizes: the area that only one of them has in violet. After compare_pictures().
+IndexedPicture difference_picture(const PairMemory& memory);
+
+} // namespace diff

@@ -1,0 +1,29 @@
+#pragma once
+/// A comparison as text for machines: JSON, JUnit, Markdown, and the manifest of a report's folder. README.md in
+/// this folder has the JSON's schema.
+#include "render/compare/result.h"
+
+#include <filesystem>
+#include <string>
+
+namespace diff {
+
+std::string to_json(const Comparison& comparison);
+
+/// One test case a case; the numbers of the exceeded gates are in the failure's message.
+std::string to_junit(const Comparison& comparison);
+
+/// A table of the cases that are not identical, at most 50, worst first.
+std::string to_markdown(const Comparison& comparison);
+
+/// What a person reads on the terminal: a line a case.
+std::string to_text(const Comparison& comparison);
+
+/// Removes the files of an earlier report, which its manifest lists. Throws Error (io).
+void remove_report(const std::filesystem::path& folder);
+
+/// index.html, result.json, junit.xml, summary.md, and last manifest.json: size and SHA-256 of all files of the folder. The
+/// pictures are there already. Throws Error (io).
+void write_report(const std::filesystem::path& folder, const Comparison& comparison);
+
+} // namespace diff

@@ -1,0 +1,39 @@
+#pragma once
+/// Reference and candidate, whatever they are -> Case; pairs in parallel, in memory that does not depend on their
+/// number.
+#include "render/compare/pair.h"
+#include "render/compare/result.h"
+#include "render/compare/source.h"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+namespace diff {
+
+struct Settings {
+    PairSettings pair;
+    Tier fail_on = Tier::changed;
+    int threads = 1;
+    std::function<bool()> is_interrupted = [] { return false; };
+};
+
+/// Where pictures for review go.
+struct ReviewSettings {
+    std::filesystem::path folder;     ///< of the report; exists
+    std::size_t most_frames = 16;     ///< of one case that get pictures: the first bad one and the worst
+};
+
+/// Compares. films: null if none of the two is a film: CHECK. Throws Error: missing_or_size or usage if the two are
+/// of different kinds, io if a folder cannot be read, interrupted.
+Case compare_sources(const std::string& name, const Source& reference, const Source& candidate,
+                     const Settings& settings, const FilmTools* films);
+
+/// Writes pictures for review of what is not identical, and enters their paths. Throws Error (io).
+void write_review(const Source& reference, const Source& candidate, const Settings& settings,
+                  const ReviewSettings& review, const FilmTools* films, Case& result);
+
+/// Counts, and the exit code of the whole.
+void sum_up(Comparison& comparison);
+
+} // namespace diff
