@@ -341,7 +341,8 @@ double solve_friction(const ContactBlock& block, Points points, const Mat6& w, V
             // against the sliding velocity at t0, between those before and after the impulses: its direction
             // stays second order. The nearer it comes to stopping in this step, the more its slip tells the
             // direction, as for sticking.
-            const Vec2 u_t0 = p.u_t_before + block.node_weight * (u_t - p.u_t_before);
+            const Vec2 before = tangential_before(block, p);
+            const Vec2 u_t0 = before + block.node_weight * (u_t - before);
             const double stopped = (u_t0 - slip).squaredNorm();
             const double moving = slip.squaredNorm();
             const Vec2 u_sliding = block.is_sticking || stopped == 0.0

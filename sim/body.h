@@ -25,7 +25,8 @@ struct BodyProps {
 };
 
 /// Linear and angular velocity, world frame.
-struct Velocity {
+/// A row of 64 bytes: block_kernel.cpp reads eight of them at a time.
+struct alignas(64) Velocity {
     Vec3 v = Vec3::Zero(); ///< of the centre of mass [m/s]
     Vec3 w = Vec3::Zero(); ///< [rad/s]
 

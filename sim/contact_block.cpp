@@ -154,34 +154,4 @@ Vec6 wrench_of(std::span<const ContactPoint> points) {
     return wrench;
 }
 
-double ContactBlocks::sweep(const Bodies& bodies, std::span<Velocity> velocity, double skip) {
-    activity.resize(velocity.size(), 0.0);
-    double largest = 0.0;
-    for (ContactBlock& block : blocks) {
-        double& active_a = activity[static_cast<std::size_t>(block.a)];
-        double& active_b = activity[static_cast<std::size_t>(block.b)];
-        if (block.seen_a >= 0.0 && active_a - block.seen_a + active_b - block.seen_b <= skip) {
-            continue;
-        }
-        const double change = solve_block(block, points_of(block), bodies, velocity);
-        active_a += bodies.props[static_cast<std::size_t>(block.a)].is_static() ? 0.0 : change;
-        active_b += bodies.props[static_cast<std::size_t>(block.b)].is_static() ? 0.0 : change;
-        block.seen_a = active_a;
-        block.seen_b = active_b;
-        // One visit leaves a rest where friction and normal impulses depend on each other.
-        if (change > skip) {
-            block.seen_a = -1.0;
-        }
-        largest = std::max(largest, change);
-    }
-    return largest;
-}
-
-void ContactBlocks::wake() {
-    activity.assign(activity.size(), 0.0);
-    for (ContactBlock& block : blocks) {
-        block.seen_a = -1.0;
-    }
-}
-
 } // namespace sim

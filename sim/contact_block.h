@@ -9,6 +9,7 @@
 /// so a block has at most six equations however many corners it has. Solved as such, the answer is unique:
 /// normal impulses are the smallest that do it (linear over the face), friction is shared in proportion to
 /// them, and symmetry is kept.
+#include "sim/block_batch.h"
 #include "sim/impulse.h"
 #include "sim/manifold.h"
 
@@ -39,7 +40,6 @@ struct ContactPoint {
     double y = 0.0;                 ///< [m]
     double u_n_target = 0.0;        ///< [m/s]
     Vec2 u_t_target = Vec2::Zero(); ///< of a sticking contact [m/s]
-    Vec2 u_t_before = Vec2::Zero(); ///< before any impulse of this solve [m/s]
     double p_n = 0.0;               ///< sum of the normal impulses [N s]
     Vec2 p_t = Vec2::Zero();        ///< sum of the friction impulses [N s]
 };
@@ -64,9 +64,7 @@ struct ContactBlock {
     Mat6 response =
         Mat6::Zero(); ///< relative twist by a wrench, in the block's frame (K and its angular parts)
 
-    /// Activity of its bodies when it was last solved [m/s]; negative: never.
-    double seen_a = -1.0;
-    double seen_b = -1.0;
+    Vec3 twist_before = Vec3::Zero(); ///< u_1, u_2 [m/s], w_n [rad/s] before any impulse of this solve
 
     bool has_friction() const { return mu_s > 0.0; }
 };
@@ -85,6 +83,8 @@ struct ContactBlocks {
     std::vector<ContactBlock> blocks;
     std::vector<ContactPoint> points;
 
+    std::vector<BlockBatch> batches; ///< the same blocks in lanes, once arranged
+    std::vector<BatchPoint> batch_points;
     std::vector<double> activity; ///< [body_count] sum of the velocity changes of each body's blocks [m/s]
 
     void clear() {
@@ -108,12 +108,18 @@ struct ContactBlocks {
     void append(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
                 const PairMaterial& material);
 
-    /// One iteration over all blocks in order; returns the largest velocity change at any point [m/s]. A
-    /// block whose bodies changed by less than `skip` [m/s] since it was last solved is passed over.
-    double sweep(const Bodies& bodies, std::span<Velocity> velocity, double skip);
+    /// Sets the batches up for the present blocks.
+    void arrange(const Bodies& bodies);
 
-    /// All blocks are to be solved again: their targets or velocities were changed from outside.
-    void wake();
+    /// Targets, marks and impulses of blocks and points go into the batches; all blocks are to be solved again.
+    void load_batches(const Bodies& bodies);
+
+    /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch whose
+    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack: see BatchSweep.
+    double sweep(std::span<Velocity> velocity, double skip, double slack);
+
+    /// Impulses of the batches go back into the points.
+    void store_impulses();
 };
 
 /// Relative twist (u at the block's centre, w) in the block's frame [m/s], [rad/s].
@@ -133,6 +139,17 @@ Mat6 block_response(const ContactBlock& block, const Bodies& bodies, bool hold_a
 /// Adds the wrench (P, L) [N s], [N m s], given in the block's frame, to both bodies.
 void apply_wrench(const ContactBlock& block, const Vec6& wrench, std::span<const BodyProps> props,
                   std::span<const Mat3> inverse_inertia, std::span<Velocity> velocity);
+
+/// Tangential velocity of a point before any impulse of this solve.
+inline Vec2 tangential_before(const ContactBlock& block, const ContactPoint& point) {
+    return {block.twist_before[0] - block.twist_before[2] * point.y,
+            block.twist_before[1] + block.twist_before[2] * point.x};
+}
+
+/// u_1, u_2, w_n of a twist.
+inline Vec3 tangential_part(const Vec6& twist) {
+    return {twist[0], twist[1], twist[5]};
+}
 
 /// The wrench of one point's impulse sums, in the block's frame.
 inline Vec6 wrench_of_point(const ContactPoint& p) {

@@ -23,6 +23,9 @@ constexpr double iteration_share = 0.5;
 /// tolerance.
 constexpr double skip_share = 0.2;
 
+/// Targets that a rigid motion misses by this share [-] of the iteration's tolerance are met on average.
+constexpr double slack_share = 0.1;
+
 /// The gap errors left by one linear solve may be this share [-] of the tolerance before it is repeated at
 /// the predicted poses.
 constexpr double accepted_share = 0.5;
@@ -173,6 +176,7 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
     const double band = soft_band * settings_.tolerance;
     const double interval = impulse_interval(block.node_weight, h_);
     const Vec6 twist = relative_twist(block, bodies.velocity);
+    block.twist_before = tangential_part(twist);
     for (int k = block.first; k < block.first + block.count; ++k) {
         ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
         RestingContact& resting = contacts_[static_cast<std::size_t>(k)];
@@ -190,7 +194,6 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         }
         resting.point_a = bodies.pose[a].orientation.conjugate() * (at.a - bodies.pose[a].position);
         resting.point_b = bodies.pose[b].orientation.conjugate() * (at.b - bodies.pose[b].position);
-        point.u_t_before = tangential_velocity(point, twist);
         if (settings_.warm_start && memory.p_n > 0.0) {
             const double scale = interval / memory.interval;
             point.p_n = scale * memory.p_n;
@@ -200,7 +203,7 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         // A contact that begins at rest sticks if it can.
         const bool is_new = memory.p_n == 0.0 && memory.last_interval == 0.0;
         block.is_sticking = block.is_sticking || (is_new && !resting.is_ahead &&
-                                                  point.u_t_before.norm() <= settings_.velocity_tolerance);
+                                                  tangential_before(block, point).norm() <= settings_.velocity_tolerance);
     }
     apply_wrench(block, wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia, velocity_);
 }
@@ -258,15 +261,16 @@ double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContac
 int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, bool& converged) {
     const double joint_tolerance = settings_.joint_tolerance / h_;
     int count = 0;
-    loop_.wake();
+    const double skip = joints_.empty() ? skip_share * tolerance : -1.0;
+    loop_.load_batches(bodies);
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = joints_.solve(velocity_);
         converged =
-            loop_.empty() ||
-            loop_.sweep(bodies, velocity_, joints_.empty() ? skip_share * tolerance : -1.0) <= tolerance;
+            loop_.empty() || loop_.sweep(velocity_, skip, slack_share * tolerance) <= tolerance;
         converged =
             converged && (loop_.empty() || joints_.empty() || (count > 0 && missing <= joint_tolerance));
     }
+    loop_.store_impulses();
     return count;
 }
 
@@ -314,6 +318,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     ContactSolveReport report;
     const double tolerance =
         std::min(iteration_share * settings_.tolerance / h_, settings_.velocity_tolerance);
+    loop_.arrange(bodies);
     predict(bodies);
     for (int outer = 0; outer < outer_limit && !(loop_.empty() && joints_.empty()); ++outer) {
         report.residual = measure(bodies, pairs);
@@ -397,7 +402,7 @@ void ContactSolver::remember(std::vector<PairContacts>& pairs, std::span<JointMe
                 memory.approach_speed = contact.approach_speed;
                 memory.energy_taken =
                     -0.5 * point.p_n * (contact.u_n_before + normal_velocity(point, twist)) -
-                    0.5 * point.p_t.dot(point.u_t_before + tangential_velocity(point, twist));
+                    0.5 * point.p_t.dot(tangential_before(block, point) + tangential_velocity(point, twist));
             }
             memory.p_n = contact.is_ahead ? 0.0 : point.p_n;
             memory.p_t = contact.is_ahead ? Vec3(Vec3::Zero()) : in_world(point.p_t);
