@@ -14,7 +14,7 @@ constexpr double never = -1e300;
 
 /// Points of a lane in a batch that holds blocks of `count` points.
 int padded_count(int count) {
-    return count <= 2 ? count : count <= 4 ? 4 : block_size;
+    return count <= 2 ? count : count <= 4 ? 4 : count <= 6 ? 6 : block_size;
 }
 
 void set_vector(Lanes* to, std::size_t lane, const Vec3& v) {

@@ -31,7 +31,7 @@ struct BlockBatch {
     int b[lane_count];
     int block[lane_count]; ///< index of its block; -1: an empty lane
     int first = 0;      ///< index of its first BatchPoint
-    int count = 0;      ///< [-] points of a lane: 1, 2, 4 or block_size
+    int count = 0;      ///< [-] points of a lane: 1, 2, 4, 6 or block_size
     unsigned moves_a = 0; ///< bit l: body a of lane l is not static
     unsigned moves_b = 0;
     bool has_friction = false;

@@ -5,12 +5,13 @@
 namespace sim {
 namespace {
 
-/// Rounds of the search for the set of loaded points; lanes that have not come to an end then are iterated.
-constexpr int set_rounds = 12;
+/// Rounds of the search for the set of loaded points, beside one a point; lanes that have not come to an end then are
+/// iterated.
+constexpr int set_rounds = 4;
 /// Rounds of the point-by-point loop in such lanes.
-constexpr int fallback_rounds = 20;
+constexpr int fallback_rounds = 5;
 /// Projections within one friction solve: more gain little, the loop over the blocks goes on anyway.
-constexpr int projection_rounds = 4;
+constexpr int projection_rounds = 2;
 /// Projections end when they change the velocities by less than this share [-] of the first change.
 constexpr double settled = 1e-3;
 /// Velocities this share [-] of their terms below the target are at it.
@@ -181,7 +182,7 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     }
     Mask open = work;
     Real found[N];
-    for (int round = 0; round < set_rounds && any(open); ++round) {
+    for (int round = 0; round < set_rounds + N && any(open); ++round) {
         fit_impulses<N>(*this, wn, active, excess, found);
         const Real3 change_n = wn * normal_wrench(found);
         Real least = found[0];
@@ -478,6 +479,8 @@ void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change
         return visit_batch<2>(sweep, batch, change);
     case 4:
         return visit_batch<4>(sweep, batch, change);
+    case 6:
+        return visit_batch<6>(sweep, batch, change);
     default:
         return visit_batch<9>(sweep, batch, change);
     }

@@ -8,7 +8,7 @@ namespace sim {
 namespace {
 
 /// Projections within one friction solve: more gain little, the loop over the blocks goes on anyway.
-constexpr int projection_rounds = 4;
+constexpr int projection_rounds = 2;
 
 /// Projections end when they change the velocities by less than this share [-] of the first change.
 constexpr double settled = 1e-3;

@@ -30,6 +30,9 @@ constexpr double slack_share = 0.1;
 /// the predicted poses.
 constexpr double accepted_share = 0.5;
 
+/// Flat contacts are not measured again where that changes gaps by less than this share [-] of the tolerance.
+constexpr double linear_share = 0.02;
+
 /// Changes of marks within one linear solve.
 constexpr int mark_rounds = 10;
 
@@ -113,6 +116,7 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     step_share_ = std::min(h / settings.time_step.value(), 1.0);
     velocity_ = bodies.velocity;
     predicted_ = bodies.pose;
+    placed_.resize(predicted_.size());
     loop_.clear();
     contacts_.clear();
     joint_weight_.clear();
@@ -211,7 +215,60 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
 void ContactSolver::predict(const Bodies& bodies) {
     for (std::size_t i = 0; i < bodies.props.size(); ++i) {
         predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
+        placed_[i] = PlacedBody(predicted_[i]);
     }
+}
+
+/// How far the gaps between two flat features may be from linear in the velocity changes since they were measured [m]:
+/// turning and moving between two predicted poses, to second order.
+double ContactSolver::curvature_bound(const Bodies& bodies, int a, int b) const {
+    double bound = 0.0;
+    double turn = 0.0;
+    for (const int body : {a, b}) {
+        const auto i = static_cast<std::size_t>(body);
+        if (bodies.props[i].is_static()) {
+            continue;
+        }
+        const double w = std::max(velocity_[i].w.norm(), measured_[i].w.norm());
+        bound += (velocity_[i].w - measured_[i].w).norm() * w * bodies.props[i].bounding_radius;
+        turn += w;
+    }
+    const Vec3 moved = velocity_[static_cast<std::size_t>(a)].v - measured_[static_cast<std::size_t>(a)].v -
+                       velocity_[static_cast<std::size_t>(b)].v + measured_[static_cast<std::size_t>(b)].v;
+    return h_ * h_ * (bound + turn * moved.norm());
+}
+
+/// Gaps and displacements after the velocities changed: from the measurement before, where they are linear in the
+/// change to well within the tolerance, else measured again. Returns the largest error [m] of a gap.
+double ContactSolver::measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+    double worst = 0.0;
+    for (const ContactBlock& block : loop_.blocks) {
+        if (block.count == 0) {
+            continue;
+        }
+        const RestingContact& first = contacts_[static_cast<std::size_t>(block.first)];
+        const ContactFeature& feature = pairs[static_cast<std::size_t>(first.pair)]
+                                            .manifold.contacts[static_cast<std::size_t>(first.index)]
+                                            .feature;
+        const bool flat = feature.kind == FeatureKind::face_a || feature.kind == FeatureKind::face_b;
+        if (!flat || is_curved(feature) ||
+            curvature_bound(bodies, block.a, block.b) > linear_share * settings_.tolerance) {
+            worst = std::max(worst, measure_block(bodies, pairs, block));
+            continue;
+        }
+        const Vec6 twist = relative_twist(block, velocity_);
+        for (int k = block.first; k < block.first + block.count; ++k) {
+            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
+            RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
+            const double missing = h_ * (point.u_n_target - normal_velocity(point, twist));
+            contact.gap = contact.gap_target - missing;
+            worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
+            if (block.has_friction()) {
+                contact.d_t = h_ * (tangential_velocity(point, twist) - point.u_t_target) - contact.d_t_owed;
+            }
+        }
+    }
+    return worst;
 }
 
 /// Gaps and displacements at the predicted poses, and the targets that close them (eq. 8: the velocity change
@@ -219,39 +276,46 @@ void ContactSolver::predict(const Bodies& bodies) {
 double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
     double worst = 0.0;
     for (const ContactBlock& block : loop_.blocks) {
-        const Pose& pose_a = predicted_[static_cast<std::size_t>(block.a)];
-        const Pose& pose_b = predicted_[static_cast<std::size_t>(block.b)];
-        const Vec6 twist = relative_twist(block, velocity_);
-        const auto in_plane = [&](const Vec3& x) {
-            return Vec2(x.dot(block.frame.col(0)), x.dot(block.frame.col(1)));
-        };
-        for (int k = block.first; k < block.first + block.count; ++k) {
-            ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-            RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
-            const PairContacts& pair = pairs[static_cast<std::size_t>(contact.pair)];
-            const auto i = static_cast<std::size_t>(contact.index);
-            const ContactFeature& feature = pair.manifold.contacts[i].feature;
-            const ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
-            contact.gap = at.gap;
-            const double missing = contact.gap_target - at.gap;
-            worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
-            point.u_n_target = normal_velocity(point, twist) + missing / h_;
-            if (!block.has_friction()) {
-                continue;
-            }
-            const Vec2 u_t = tangential_velocity(point, twist);
-            if (is_curved(feature)) {
-                // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at
-                // mid-step.
-                contact.d_t =
-                    h_ * (u_t + in_plane(0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_)));
-            } else {
-                const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
-                contact.d_t = in_plane(d - d.dot(at.n) * at.n);
-            }
-            point.u_t_target =
-                u_t - (contact.d_t + gap_relaxation * step_share_ * in_plane(pair.memory[i].slip)) / h_;
+        worst = std::max(worst, measure_block(bodies, pairs, block));
+    }
+    return worst;
+}
+
+double ContactSolver::measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs,
+                                    const ContactBlock& block) {
+    double worst = 0.0;
+    const PlacedBody& pose_a = placed_[static_cast<std::size_t>(block.a)];
+    const PlacedBody& pose_b = placed_[static_cast<std::size_t>(block.b)];
+    const Vec6 twist = relative_twist(block, velocity_);
+    const auto in_plane = [&](const Vec3& x) {
+        return Vec2(x.dot(block.frame.col(0)), x.dot(block.frame.col(1)));
+    };
+    for (int k = block.first; k < block.first + block.count; ++k) {
+        ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
+        RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
+        const PairContacts& pair = pairs[static_cast<std::size_t>(contact.pair)];
+        const auto i = static_cast<std::size_t>(contact.index);
+        const ContactFeature& feature = pair.manifold.contacts[i].feature;
+        const ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
+        contact.gap = at.gap;
+        const double missing = contact.gap_target - at.gap;
+        worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
+        point.u_n_target = normal_velocity(point, twist) + missing / h_;
+        if (!block.has_friction()) {
+            continue;
         }
+        const Vec2 u_t = tangential_velocity(point, twist);
+        if (is_curved(feature)) {
+            // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at
+            // mid-step.
+            contact.d_t =
+                h_ * (u_t + in_plane(0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_)));
+        } else {
+            const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
+            contact.d_t = in_plane(d - d.dot(at.n) * at.n);
+        }
+        contact.d_t_owed = gap_relaxation * step_share_ * in_plane(pair.memory[i].slip);
+        point.u_t_target = u_t - (contact.d_t + contact.d_t_owed) / h_;
     }
     return worst;
 }
@@ -321,12 +385,15 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     loop_.arrange(bodies);
     predict(bodies);
     for (int outer = 0; outer < outer_limit && !(loop_.empty() && joints_.empty()); ++outer) {
-        report.residual = measure(bodies, pairs);
+        report.residual = outer == 0 ? measure(bodies, pairs) : measure_again(bodies, pairs);
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, predicted_, velocity_, h_, step_share_);
         if (outer > 0 && report.residual <= accepted_share * settings_.tolerance &&
             report.joint_residual <= settings_.joint_tolerance) {
             break;
+        }
+        if (outer == 0) {
+            measured_ = velocity_;
         }
         const int left = settings_.iteration_limit - report.iterations;
         if (left <= 0) {

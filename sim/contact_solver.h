@@ -53,6 +53,7 @@ struct RestingContact {
     double u_n_before = 0.0;     ///< [m/s] normal velocity before any impulse
     double gap = 0.0;            ///< [m] at the predicted poses
     Vec2 d_t = Vec2::Zero();     ///< [m] tangential displacement over the step, predicted
+    Vec2 d_t_owed = Vec2::Zero(); ///< [m] of the slip of earlier steps, taken back in this one
 };
 
 struct ContactSolveReport {
@@ -93,6 +94,9 @@ private:
     void predict(const Bodies& bodies);
     void start_block(const Bodies& bodies, const PairContacts& pair, int block_index);
     double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    double measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    double measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs, const ContactBlock& block);
+    double curvature_bound(const Bodies& bodies, int a, int b) const;
     bool update_marks(const std::vector<PairContacts>& pairs);
     int iterate(const Bodies& bodies, double tolerance, int budget, bool& converged);
     void shock_propagation(const Bodies& bodies);
@@ -106,7 +110,9 @@ private:
     std::vector<double> joint_weight_;      ///< [joint_count]
     std::vector<ContactGeometry> geometry_; ///< of the pair being added
     std::vector<Velocity> velocity_;
+    std::vector<Velocity> measured_; ///< those of the first measurement of this solve
     std::vector<Pose> predicted_;
+    std::vector<PlacedBody> placed_; ///< the same, with rotation matrices
     JointSolver joints_;
 };
 

@@ -11,31 +11,31 @@ Vec3 direction_or(const Vec3& d, const Vec3& fallback) {
 
 } // namespace
 
-ContactGeometry contact_geometry(const ContactFeature& feature, const Pose& a, const Pose& b) {
+ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody& a, const PlacedBody& b) {
     Vec3 core_a = a * feature.core_a;
     Vec3 core_b = b * feature.core_b;
     ContactGeometry g;
     double distance = 0.0; // of the cores along n
     switch (feature.kind) {
     case FeatureKind::face_a:
-        g.n = -(a.orientation * feature.direction_a);
+        g.n = -(a.rotation * feature.direction_a);
         distance = g.n.dot(core_a - core_b);
         core_a = core_b + distance * g.n;
         break;
     case FeatureKind::face_b:
-        g.n = b.orientation * feature.direction_b;
+        g.n = b.rotation * feature.direction_b;
         distance = g.n.dot(core_a - core_b);
         core_b = core_a - distance * g.n;
         break;
     case FeatureKind::line_a: {
-        const Vec3 edge = a.orientation * feature.direction_a;
+        const Vec3 edge = a.rotation * feature.direction_a;
         core_a += edge * edge.dot(core_b - core_a);
         g.n = direction_or(core_a - core_b, Vec3::UnitZ());
         distance = g.n.dot(core_a - core_b);
         break;
     }
     case FeatureKind::line_b: {
-        const Vec3 edge = b.orientation * feature.direction_b;
+        const Vec3 edge = b.rotation * feature.direction_b;
         core_b += edge * edge.dot(core_a - core_b);
         g.n = direction_or(core_a - core_b, Vec3::UnitZ());
         distance = g.n.dot(core_a - core_b);
@@ -46,8 +46,8 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const Pose& a, c
         distance = g.n.dot(core_a - core_b);
         break;
     case FeatureKind::edges: {
-        const Vec3 edge_a = a.orientation * feature.direction_a;
-        const Vec3 edge_b = b.orientation * feature.direction_b;
+        const Vec3 edge_a = a.rotation * feature.direction_a;
+        const Vec3 edge_b = b.rotation * feature.direction_b;
         g.n = direction_or(feature.side * edge_a.cross(edge_b), Vec3::UnitZ());
         distance = g.n.dot(core_a - core_b);
         // Closest points of the two lines.

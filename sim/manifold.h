@@ -34,6 +34,18 @@ struct ContactFeature {
     double allowance = 0.0;
 };
 
+/// A pose with its rotation as a matrix, for bodies whose contacts are looked at many times.
+struct PlacedBody {
+    Vec3 position = Vec3::Zero();
+    Mat3 rotation = Mat3::Identity();
+
+    PlacedBody() = default;
+    explicit PlacedBody(const Pose& pose)
+        : position(pose.position), rotation(pose.orientation.toRotationMatrix()) {}
+
+    Vec3 operator*(const Vec3& x) const { return position + rotation * x; }
+};
+
 /// Gap, normal and contact points of a feature at given poses.
 struct ContactGeometry {
     double gap = 0.0;       ///< [m]
@@ -56,7 +68,10 @@ struct Manifold {
 };
 
 /// Geometry of a feature at the poses of its bodies. The gap is what the *geometry* says there: a ball turns without changing it.
-ContactGeometry contact_geometry(const ContactFeature& feature, const Pose& a, const Pose& b);
+ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody& a, const PlacedBody& b);
+inline ContactGeometry contact_geometry(const ContactFeature& feature, const Pose& a, const Pose& b) {
+    return contact_geometry(feature, PlacedBody(a), PlacedBody(b));
+}
 
 /// True where the surface is curved: a point fixed to the body leaves it within a step.
 inline bool is_curved(const ContactFeature& feature) {

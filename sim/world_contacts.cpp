@@ -14,6 +14,11 @@ constexpr int bisections = 60;
 /// A body that moves beyond what its pairs were searched for is searched again with this much [-] to spare.
 constexpr double reach_growth = 1.5;
 
+/// Pairs are searched for as far as bodies get in this many steps at their present speed, and this share [-] of
+/// their size: the search then serves several steps.
+constexpr double search_steps = 10.0;
+constexpr double search_share = 0.01;
+
 /// Pairs are looked at again in a later round of repair where a body moved by more than this share [-] of the
 /// tolerance.
 constexpr double recheck_share = 0.02;
@@ -78,12 +83,25 @@ std::size_t WorldState::pair_index(const BodyPair& pair) const {
     return static_cast<std::size_t>(added - pairs.begin());
 }
 
-/// Pairs of bodies that may touch while each moves by up to its `reach`.
+/// Pairs of bodies that may touch while each moves by up to its `reach` from its present pose; the last search may
+/// still tell.
 void WorldState::find_candidates() {
+    bool known = searched_pose.size() == reported_count;
+    for (std::size_t i = 0; known && i < reported_count; ++i) {
+        known = moved_by(bodies.props[i], searched_pose[i], bodies.pose[i]) + reach[i] <= searched_reach[i];
+    }
+    if (known) {
+        return;
+    }
+    searched_pose.assign(bodies.pose.begin(), bodies.pose.begin() + static_cast<std::ptrdiff_t>(reported_count));
+    searched_reach.resize(reported_count);
     boxes.resize(reported_count);
     for (std::size_t i = 0; i < reported_count; ++i) {
+        searched_reach[i] = bodies.props[i].is_static()
+                                ? 0.0
+                                : search_steps * reach[i] + search_share * bodies.props[i].bounding_radius;
         boxes[i] = bounds(bodies.props[i].shape, bodies.pose[i]);
-        const Vec3 margin = Vec3::Constant(reach[i] + 0.5 * margin_tolerances * settings.tolerance);
+        const Vec3 margin = Vec3::Constant(searched_reach[i] + 0.5 * margin_tolerances * settings.tolerance);
         boxes[i].lower -= margin;
         boxes[i].upper += margin;
     }

@@ -81,6 +81,8 @@ struct WorldState {
     JointSolver joint_rows; ///< at the present poses, for what the last impulses owe
     BroadPhase broad_phase;
     std::vector<double> reach; ///< [m] that each body may move in the step
+    std::vector<Pose> searched_pose;    ///< when the candidates were searched for
+    std::vector<double> searched_reach; ///< [m] that each body may be away from there
     std::vector<Bounds> boxes;
     std::vector<BodyPair> candidates;
     std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
