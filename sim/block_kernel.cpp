@@ -1,5 +1,5 @@
 /// One sweep over batches of blocks. The equations are those of block_solve.cpp, which is the readable form.
-/// Compiled once for each instruction set; KERNEL names the function.
+/// Compiled once for each instruction set; KERNEL names it.
 #include "sim/lanes.h"
 
 namespace sim {
@@ -15,9 +15,9 @@ constexpr int projection_rounds = 2;
 /// Projections end when they change the velocities by less than this share [-] of the first change.
 constexpr double settled = 1e-3;
 /// Velocities this share [-] of their terms below the target are at it.
-constexpr double rounding = 1e-13;
+constexpr double rounding = 1e-12;
 /// Targets that a rigid motion misses by no more than this share [-] of the velocities asked for are consistent.
-constexpr double inconsistent = 1e-12;
+constexpr double inconsistent = 1e-10;
 /// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
 constexpr double collinear = 1e-7;
 constexpr double infinity = __builtin_inf();

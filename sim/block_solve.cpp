@@ -21,7 +21,7 @@ constexpr int fallback_rounds = 20;
 constexpr double inconsistent = 1e-6;
 
 /// Velocities this share [-] of their terms below the target are at it.
-constexpr double rounding = 1e-13;
+constexpr double rounding = 1e-12;
 
 /// Points nearer to a line than this share [-] of their extent count as lying on it.
 constexpr double collinear = 1e-7;

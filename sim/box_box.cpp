@@ -41,29 +41,25 @@ struct Frames {
           rotation(axes_a.transpose() * axes_b), absolute(rotation.cwiseAbs()) {}
 };
 
-/// The axis with the largest separation among its kind.
-struct BestAxis {
-    double separation = -std::numeric_limits<double>::infinity(); ///< [m]
-    int index = -1;    ///< face: axis 0..2; edges: 3 * axis of a + axis of b
-    double side = 1.0; ///< +1: n is along the axis, -1: against it
-};
+/// No axis yet.
+constexpr AxisChoice no_axis{-std::numeric_limits<double>::infinity(), -1, 1};
 
 /// Separation along the three face axes of a (n from b to a is -axis for a face of a whose outward side is
 /// +).
-BestAxis best_face(const Vec3& centre_offset, const Vec3& own_half, const Vec3& other_reach) {
-    BestAxis best;
+AxisChoice best_face(const Vec3& centre_offset, const Vec3& own_half, const Vec3& other_reach) {
+    AxisChoice best = no_axis;
     for (int i = 0; i < 3; ++i) {
         const double s = std::abs(centre_offset[i]) - own_half[i] - other_reach[i];
         if (s > best.separation) {
-            best = {s, i, centre_offset[i] >= 0.0 ? 1.0 : -1.0};
+            best = {s, i, centre_offset[i] >= 0.0 ? 1 : -1};
         }
     }
     return best;
 }
 
 /// Separation along the nine cross products of edges.
-BestAxis best_edges(const Frames& f) {
-    BestAxis best;
+AxisChoice best_edges(const Frames& f) {
+    AxisChoice best = no_axis;
     const Vec3 t = f.axes_a.transpose() * f.b_to_a; // in the frame of a
     for (int i = 0; i < 3; ++i) {
         const int i1 = (i + 1) % 3;
@@ -81,18 +77,18 @@ BestAxis best_edges(const Frames& f) {
                                  f.half_b[j1] * f.absolute(i, j2) + f.half_b[j2] * f.absolute(i, j1);
             const double s = (std::abs(offset) - reach) / std::sqrt(sine_squared);
             if (s > best.separation) {
-                best = {s, 3 * i + j, offset >= 0.0 ? 1.0 : -1.0};
+                best = {s, 3 * i + j, offset >= 0.0 ? 1 : -1};
             }
         }
     }
     return best;
 }
 
-BestAxis best_face_of_a(const Frames& f) {
+AxisChoice best_face_of_a(const Frames& f) {
     return best_face(f.axes_a.transpose() * f.b_to_a, f.half_a, f.absolute * f.half_b);
 }
 
-BestAxis best_face_of_b(const Frames& f) {
+AxisChoice best_face_of_b(const Frames& f) {
     return best_face(f.axes_b.transpose() * f.b_to_a, f.half_b, f.absolute.transpose() * f.half_a);
 }
 
@@ -110,17 +106,25 @@ struct Polygon {
     int size = 0;
 
     void add(const ClipPoint& p) { points[static_cast<std::size_t>(size++)] = p; }
+    const ClipPoint& operator[](int i) const { return points[static_cast<std::size_t>(i)]; }
 };
 
-/// Keeps the part with side * x[axis] <= limit; new corners are marked with the clipping plane. Corners that
+/// Keeps the part with side * x[axis] <= half; new corners are marked with the clipping plane. Corners that
 /// lie on the plane to within `aligned` count as inside, so that boxes exactly on top of each other keep
 /// their features.
-Polygon clipped(const Polygon& in, int axis, double side, double half, int plane) {
+void clip(Polygon& polygon, int axis, double side, double half, int plane) {
     const double limit = half * (1.0 + aligned);
+    bool inside = true;
+    for (int i = 0; i < polygon.size; ++i) {
+        inside = inside && side * polygon[i].x[axis] <= limit;
+    }
+    if (inside) {
+        return;
+    }
     Polygon out;
-    for (int i = 0; i < in.size; ++i) {
-        const ClipPoint& p = in.points[static_cast<std::size_t>(i)];
-        const ClipPoint& q = in.points[static_cast<std::size_t>((i + 1) % in.size)];
+    for (int i = 0; i < polygon.size; ++i) {
+        const ClipPoint& p = polygon[i];
+        const ClipPoint& q = polygon[i + 1 == polygon.size ? 0 : i + 1];
         const double dp = side * p.x[axis] - limit;
         const double dq = side * q.x[axis] - limit;
         if (dp <= 0.0) {
@@ -134,66 +138,67 @@ Polygon clipped(const Polygon& in, int axis, double side, double half, int plane
             out.add(cut);
         }
     }
-    return out;
+    polygon = out;
 }
 
-/// The face of `incident` that is most opposed to `normal`, in the frame of `reference`.
-Polygon incident_face(const PlacedBox& incident, const Pose& reference_from_incident, const Vec3& normal,
+/// The face of the incident box that is most opposed to the reference face, in the frame of the reference box.
+/// rotation, offset: of the incident box there; n: the reference face's normal in the frame of the incident box.
+Polygon incident_face(const Vec3& half, const Mat3& rotation, const Vec3& offset, const Vec3& n,
                       int& face_index) {
-    const Vec3 n = reference_from_incident.orientation.conjugate() * normal; // frame of incident
     int axis = 0;
     n.cwiseAbs().maxCoeff(&axis);
     const double side = n[axis] > 0.0 ? -1.0 : 1.0;
     face_index = 2 * axis + (side > 0.0 ? 0 : 1);
     const int u = (axis + 1) % 3;
     const int v = (axis + 2) % 3;
-    constexpr std::array<std::array<double, 2>, 4> corners{{{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
+    const Vec3 centre = offset + rotation.col(axis) * (side * half[axis]);
+    const Vec3 edge_u = rotation.col(u) * half[u];
+    const Vec3 edge_v = rotation.col(v) * half[v];
     Polygon face;
-    for (int i = 0; i < 4; ++i) {
-        Vec3 corner;
-        corner[axis] = side * incident.box.half_extents[axis];
-        corner[u] = corners[static_cast<std::size_t>(i)][0] * incident.box.half_extents[u];
-        corner[v] = corners[static_cast<std::size_t>(i)][1] * incident.box.half_extents[v];
-        face.add({reference_from_incident * corner, (i + 3) % 4, i});
-    }
+    face.add({centre + edge_u + edge_v, 3, 0});
+    face.add({centre - edge_u + edge_v, 0, 1});
+    face.add({centre - edge_u - edge_v, 1, 2});
+    face.add({centre + edge_u - edge_v, 2, 3});
     return face;
 }
 
 /// The manifold of one reference face against the other box. `reference_is_a` tells whose face it is.
-void face_contacts(const PlacedBox& reference, const PlacedBox& incident, bool reference_is_a,
-                   const BestAxis& axis, double margin, std::uint64_t id_base,
+void face_contacts(const PlacedBox& reference, const PlacedBox& incident, const Frames& f,
+                   bool reference_is_a, const AxisChoice& axis, double margin, std::uint64_t id_base,
                    std::vector<Contact>& contacts) {
     // Outward normal of the reference face: towards the incident box.
     const double outward = reference_is_a ? -axis.side : axis.side;
+    const Mat3& reference_axes = reference_is_a ? f.axes_a : f.axes_b;
+    const Mat3 rotation = reference_is_a ? f.rotation : Mat3(f.rotation.transpose()); // reference_from_incident
+    const Vec3 offset = reference_axes.transpose() *
+                        (incident.world_from_box.position - reference.world_from_box.position);
     Vec3 normal = Vec3::Zero();
     normal[axis.index] = outward;
-    const Quat reference_from_world = reference.world_from_box.orientation.conjugate();
-    const Pose reference_from_incident{
-        reference_from_world * (incident.world_from_box.position - reference.world_from_box.position),
-        reference_from_world * incident.world_from_box.orientation};
     int incident_index = 0;
-    Polygon polygon = incident_face(incident, reference_from_incident, normal, incident_index);
+    Polygon polygon = incident_face(incident.box.half_extents, rotation, offset,
+                                    outward * rotation.row(axis.index).transpose(), incident_index);
     const int u = (axis.index + 1) % 3;
     const int v = (axis.index + 2) % 3;
     const Vec3& half = reference.box.half_extents;
-    polygon = clipped(polygon, u, 1.0, half[u], 4);
-    polygon = clipped(polygon, u, -1.0, half[u], 5);
-    polygon = clipped(polygon, v, 1.0, half[v], 6);
-    polygon = clipped(polygon, v, -1.0, half[v], 7);
+    clip(polygon, u, 1.0, half[u], 4);
+    clip(polygon, u, -1.0, half[u], 5);
+    clip(polygon, v, 1.0, half[v], 6);
+    clip(polygon, v, -1.0, half[v], 7);
 
     const std::uint64_t face_id = static_cast<std::uint64_t>(2 * axis.index + (outward > 0.0 ? 0 : 1)) * 6 +
                                   static_cast<std::uint64_t>(incident_index) + (reference_is_a ? 0u : 36u);
-    const Quat incident_from_reference = reference_from_incident.orientation.conjugate();
+    const Vec3 world_normal = reference_axes.col(axis.index) * outward;
+    const Vec3 direction = reference.body_from_box.orientation * normal;
     for (int i = 0; i < polygon.size; ++i) {
-        const ClipPoint& p = polygon.points[static_cast<std::size_t>(i)];
+        const ClipPoint& p = polygon[i];
         const double gap = outward * p.x[axis.index] - half[axis.index];
         if (gap > margin) {
             continue;
         }
         Vec3 on_face = p.x;
         on_face[axis.index] = outward * half[axis.index];
-        const Vec3 on_incident = incident_from_reference * (p.x - reference_from_incident.position);
-        Contact contact;
+        const Vec3 on_incident = rotation.transpose() * (p.x - offset);
+        Contact& contact = contacts.emplace_back();
         ContactFeature& feature = contact.feature;
         feature.id = id_base + face_id * 64 + static_cast<std::uint64_t>(p.edge_in * 8 + p.edge_out);
         feature.kind = reference_is_a ? FeatureKind::face_a : FeatureKind::face_b;
@@ -201,21 +206,18 @@ void face_contacts(const PlacedBox& reference, const PlacedBox& incident, bool r
         const Vec3 core_incident = incident.body_from_box * on_incident;
         feature.core_a = reference_is_a ? core_reference : core_incident;
         feature.core_b = reference_is_a ? core_incident : core_reference;
-        (reference_is_a ? feature.direction_a : feature.direction_b) =
-            reference.body_from_box.orientation * normal;
-        const Vec3 world_normal = reference.world_from_box.orientation * normal;
-        const Vec3 world_face = reference.world_from_box * on_face;
+        (reference_is_a ? feature.direction_a : feature.direction_b) = direction;
+        const Vec3 world_face = reference.world_from_box.position + reference_axes * on_face;
         const Vec3 world_incident = world_face + gap * world_normal;
         contact.at.gap = gap;
         contact.at.n = reference_is_a ? Vec3(-world_normal) : world_normal;
         contact.at.a = reference_is_a ? world_face : world_incident;
         contact.at.b = reference_is_a ? world_incident : world_face;
-        contacts.push_back(contact);
     }
 }
 
 /// The one contact of two crossing edges.
-void edge_contact(const PlacedBox& a, const PlacedBox& b, const Frames& f, const BestAxis& axis,
+void edge_contact(const PlacedBox& a, const PlacedBox& b, const Frames& f, const AxisChoice& axis,
                   std::uint64_t id_base, std::vector<Contact>& contacts) {
     const int i = axis.index / 3;
     const int j = axis.index % 3;
@@ -251,26 +253,18 @@ void edge_contact(const PlacedBox& a, const PlacedBox& b, const Frames& f, const
 
 } // namespace
 
-double box_box_separation(const PlacedBox& a, const PlacedBox& b) {
+BoxAxes box_box_axes(const PlacedBox& a, const PlacedBox& b) {
     const Frames f(a, b);
-    return std::max({best_face_of_a(f).separation, best_face_of_b(f).separation, best_edges(f).separation});
+    return {best_face_of_a(f), best_face_of_b(f), best_edges(f)};
 }
 
-void box_box_contacts(const PlacedBox& a, const PlacedBox& b, double margin, std::uint64_t id_base,
-                      std::vector<Contact>& contacts) {
+void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axes, double margin,
+                      std::uint64_t id_base, std::vector<Contact>& contacts) {
+    const auto& [face_a, face_b, edges] = axes;
+    if (axes.separation() > margin) {
+        return;
+    }
     const Frames f(a, b);
-    const BestAxis face_a = best_face_of_a(f);
-    if (face_a.separation > margin) {
-        return;
-    }
-    const BestAxis face_b = best_face_of_b(f);
-    if (face_b.separation > margin) {
-        return;
-    }
-    const BestAxis edges = best_edges(f);
-    if (edges.separation > margin) {
-        return;
-    }
     const double slack = edge_preference * std::max(f.half_a.maxCoeff(), f.half_b.maxCoeff());
     const bool reference_is_a = face_a.separation + slack >= face_b.separation;
     const bool edges_touch = edges.separation > std::max(face_a.separation, face_b.separation) + slack;
@@ -287,9 +281,9 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, double margin, std
         at.b = at.a - at.gap * at.n;
     }
     if (reference_is_a) {
-        face_contacts(a, b, true, face_a, margin, id_base, contacts);
+        face_contacts(a, b, f, true, face_a, margin, id_base, contacts);
     } else {
-        face_contacts(b, a, false, face_b, margin, id_base, contacts);
+        face_contacts(b, a, f, false, face_b, margin, id_base, contacts);
     }
     if (edges_touch) {
         // The crossing edges keep the faces' corners apart, which lie beyond the other face's rim.

@@ -1,5 +1,6 @@
 #pragma once
 /// Box against box: separating axes, then the full manifold of the axis with the largest separation.
+#include "sim/box_axes.h"
 #include "sim/manifold.h"
 
 namespace sim {
@@ -12,11 +13,11 @@ struct PlacedBox {
     Pose world_from_box;
 };
 
-/// Contacts with gap <= margin [m], appended; `id_base` is added to their ids (bits 32 and up).
-void box_box_contacts(const PlacedBox& a, const PlacedBox& b, double margin, std::uint64_t id_base,
-                      std::vector<Contact>& contacts);
+/// The axes of the largest separation among the fifteen.
+BoxAxes box_box_axes(const PlacedBox& a, const PlacedBox& b);
 
-/// Largest separation over the fifteen axes [m].
-double box_box_separation(const PlacedBox& a, const PlacedBox& b);
+/// Contacts with gap <= margin [m], appended; `id_base` is added to their ids (bits 32 and up).
+void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axes, double margin,
+                      std::uint64_t id_base, std::vector<Contact>& contacts);
 
 } // namespace sim

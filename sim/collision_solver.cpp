@@ -62,6 +62,10 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     for (const PairContacts& pair : pairs) {
         const auto a = static_cast<std::size_t>(pair.manifold.body_a);
         const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+        // Where the pass before changed nothing, nothing has become a collision.
+        if (pass > 0 && joints_.empty() && changed_[a] == 0 && changed_[b] == 0) {
+            continue;
+        }
         geometry_.clear();
         targets_.clear();
         for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
@@ -176,7 +180,9 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         report.converged = report.converged && converged;
         report.collisions += static_cast<int>(loop_.points.size());
         ++report.passes;
+        changed_.assign(velocity.size(), 0);
         for (const ContactBlock& block : loop_.blocks) {
+            changed_[static_cast<std::size_t>(block.a)] = changed_[static_cast<std::size_t>(block.b)] = 1;
             touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
         }
     }

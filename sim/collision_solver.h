@@ -38,6 +38,7 @@ private:
     ContactBlocks loop_;
     std::vector<ContactGeometry> geometry_; ///< of one pair
     std::vector<double> targets_;           ///< of one pair [m/s]
+    std::vector<char> changed_;             ///< [body_count] by the pass before
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     JointSolver joints_;
 };

@@ -125,15 +125,6 @@ void ContactBlocks::append(const Bodies& bodies, int a, int b, std::span<const C
     }
 }
 
-Vec6 relative_twist(const ContactBlock& block, std::span<const Velocity> velocity) {
-    const Velocity& a = velocity[static_cast<std::size_t>(block.a)];
-    const Velocity& b = velocity[static_cast<std::size_t>(block.b)];
-    Vec6 twist;
-    twist << block.frame.transpose() * (a.at(block.r_a) - b.at(block.r_b)),
-        block.frame.transpose() * (a.w - b.w);
-    return twist;
-}
-
 void apply_wrench(const ContactBlock& block, const Vec6& wrench, std::span<const BodyProps> props,
                   std::span<const Mat3> inverse_inertia, std::span<Velocity> velocity) {
     const Vec3 p = block.frame * wrench.head<3>();

@@ -123,7 +123,18 @@ struct ContactBlocks {
 };
 
 /// Relative twist (u at the block's centre, w) in the block's frame [m/s], [rad/s].
-Vec6 relative_twist(const ContactBlock& block, std::span<const Velocity> velocity);
+inline Vec6 relative_twist(const ContactBlock& block, std::span<const Velocity> velocity) {
+    const Velocity& a = velocity[static_cast<std::size_t>(block.a)];
+    const Velocity& b = velocity[static_cast<std::size_t>(block.b)];
+    const Vec3 u = a.at(block.r_a) - b.at(block.r_b);
+    const Vec3 w = a.w - b.w;
+    Vec6 twist;
+    for (int i = 0; i < 3; ++i) {
+        twist[i] = block.frame.col(i).dot(u);
+        twist[3 + i] = block.frame.col(i).dot(w);
+    }
+    return twist;
+}
 
 /// Velocities of a point for a relative twist of its block.
 inline double normal_velocity(const ContactPoint& point, const Vec6& twist) {

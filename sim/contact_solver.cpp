@@ -488,20 +488,23 @@ void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std
         if (!only.empty() && only[a] == 0 && only[b] == 0) {
             continue;
         }
+        // At one point of both bodies, so that the pair's angular momentum is kept.
+        Vec3 impulse = Vec3::Zero();
+        Vec3 moment = Vec3::Zero(); // about the world's origin
         for (std::size_t i = 0; i < pair.memory.size(); ++i) {
             const ContactMemory& memory = pair.memory[i];
             if (memory.p_n == 0.0 || memory.owed == 0.0) {
                 continue;
             }
-            // At one point of both bodies, so that the pair's angular momentum is kept.
             const ContactGeometry& at = pair.manifold.contacts[i].at;
-            const Vec3 point = 0.5 * (at.a + at.b);
             const Vec3 p = memory.owed * (memory.p_n * at.n + memory.p_t);
-            apply_impulse(velocity[a], bodies.props[a].inverse_mass, bodies.inverse_inertia[a],
-                          point - bodies.pose[a].position, p);
-            apply_impulse(velocity[b], bodies.props[b].inverse_mass, bodies.inverse_inertia[b],
-                          point - bodies.pose[b].position, -p);
+            impulse += p;
+            moment += (0.5 * (at.a + at.b)).cross(p);
         }
+        velocity[a].v += bodies.props[a].inverse_mass * impulse;
+        velocity[b].v -= bodies.props[b].inverse_mass * impulse;
+        velocity[a].w += bodies.inverse_inertia[a] * (moment - bodies.pose[a].position.cross(impulse));
+        velocity[b].w -= bodies.inverse_inertia[b] * (moment - bodies.pose[b].position.cross(impulse));
     }
 }
 

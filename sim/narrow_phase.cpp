@@ -169,10 +169,11 @@ void part_against_part(const PrimitiveShape& part_a, const Pose& pose_a, const P
     } else {
         const PlacedBox a = placed(std::get<Box>(part_a), pose_a, a_from_part);
         const PlacedBox b = placed(std::get<Box>(part_b), pose_b, b_from_part);
+        const BoxAxes axes = box_box_axes(a, b);
         if (out.contacts != nullptr) {
-            box_box_contacts(a, b, out.margin, id_base, *out.contacts);
+            box_box_contacts(a, b, axes, out.margin, id_base, *out.contacts);
         } else {
-            out.separation = std::min(out.separation, box_box_separation(a, b));
+            out.separation = std::min(out.separation, axes.separation());
         }
     }
 }
@@ -206,6 +207,13 @@ void find_contacts(const Shape& shape_a, const Pose& pose_a, const Shape& shape_
     contacts.clear();
     Collector out{.margin = margin, .contacts = &contacts};
     collect(shape_a, pose_a, shape_b, pose_b, out);
+    std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.feature.id; });
+}
+
+void find_box_contacts(const Box& box_a, const Pose& pose_a, const Box& box_b, const Pose& pose_b, const BoxAxes& axes,
+                       double margin, std::vector<Contact>& contacts) {
+    contacts.clear();
+    box_box_contacts({box_a, pose_a, Pose{}, pose_a}, {box_b, pose_b, Pose{}, pose_b}, axes, margin, 0, contacts);
     std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.feature.id; });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 /// Pair of bodies -> manifold, in closed form for every pair of shapes.
+#include "sim/box_axes.h"
 #include "sim/manifold.h"
 
 namespace sim {
@@ -9,6 +10,10 @@ namespace sim {
 /// plane.
 void find_contacts(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b,
                    double margin, std::vector<Contact>& contacts);
+
+/// The same for two bodies that are boxes, whose axes are known.
+void find_box_contacts(const Box& box_a, const Pose& pose_a, const Box& box_b, const Pose& pose_b, const BoxAxes& axes,
+                       double margin, std::vector<Contact>& contacts);
 
 /// Signed distance of two shapes [m], exact where they overlap (its negative is the depth of penetration) and
 /// a lower bound of the distance where they are apart. Looks at the shapes anew, without any preference among

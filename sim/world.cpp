@@ -70,6 +70,9 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     for (std::size_t i = 0; i < count; ++i) {
         bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
     }
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        is_box.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
+    }
     StepReport report;
     find_contacts(report);
     resolve_collisions(report);

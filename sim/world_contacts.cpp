@@ -109,6 +109,51 @@ void WorldState::find_candidates() {
     std::erase_if(candidates,
                   [&](const BodyPair& pair) { return std::ranges::binary_search(jointed, pair); });
     check_all = true;
+    axes_known = false;
+}
+
+bool WorldState::are_boxes(const BodyPair& pair) const {
+    return is_box[static_cast<std::size_t>(pair.a)] != 0 && is_box[static_cast<std::size_t>(pair.b)] != 0;
+}
+
+/// Separating axes of all candidate pairs of boxes with a body in `moved` [reported_count], at `poses`; of all where
+/// they are not known yet.
+void WorldState::update_axes(std::span<const Pose> poses, std::vector<char>& moved) {
+    if (!axes_known) {
+        moved.assign(reported_count, 1);
+        axes_known = true;
+    }
+    axes.resize(candidates.size());
+    box_rows.resize(reported_count);
+    box_pose.resize(reported_count);
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        if (is_box[i] != 0) {
+            const Mat3 rotation = poses[i].orientation.toRotationMatrix();
+            const Vec3& half = std::get<Box>(bodies.props[i].shape).half_extents;
+            std::copy_n(rotation.data(), 9, box_rows[i].axes);
+            std::copy_n(poses[i].position.data(), 3, box_rows[i].centre);
+            std::copy_n(half.data(), 3, box_rows[i].half);
+            if (moved[i] != 0) {
+                box_pose[i] = poses[i]; // all axes of body i are of this pose
+            }
+        }
+    }
+    std::vector<int> first;
+    std::vector<int> second;
+    std::vector<int> result;
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+        const BodyPair& pair = candidates[k];
+        if (are_boxes(pair) &&
+            (moved[static_cast<std::size_t>(pair.a)] != 0 || moved[static_cast<std::size_t>(pair.b)] != 0)) {
+            first.push_back(pair.a);
+            second.push_back(pair.b);
+            result.push_back(static_cast<int>(k));
+        }
+    }
+    workers.run(first.size(), [&](std::size_t from, std::size_t to) {
+        find_axes({box_rows.data(), first.data() + from, second.data() + from, result.data() + from, to - from,
+                   axes.data()});
+    });
 }
 
 void WorldState::find_contacts(StepReport& report) {
@@ -123,10 +168,17 @@ void WorldState::find_contacts(StepReport& report) {
         find_candidates();
     }
     const StageClock clock(report, Stage::narrow_phase);
+    std::vector<char> moved(reported_count, 1);
+    for (std::size_t i = 0; axes_known && i < reported_count; ++i) {
+        moved[i] = is_box[i] != 0 && (box_pose[i].position != bodies.pose[i].position ||
+                                      box_pose[i].orientation.coeffs() != bodies.pose[i].orientation.coeffs());
+    }
+    update_axes(bodies.pose, moved);
     std::vector<PairContacts> found(candidates.size());
     workers.run(candidates.size(), [&](std::size_t first, std::size_t last) {
+        std::vector<Contact> contacts;
         for (std::size_t k = first; k < last; ++k) {
-            find_pair_contacts(candidates[k], found[k]);
+            find_pair_contacts(k, contacts, found[k]);
         }
     });
     std::erase_if(found, [](const PairContacts& pair) { return pair.manifold.contacts.empty(); });
@@ -136,15 +188,27 @@ void WorldState::find_contacts(StepReport& report) {
     report.manifolds = static_cast<int>(pairs.size());
 }
 
-/// Contacts of one pair at the present poses, with what the last step remembered of them.
-void WorldState::find_pair_contacts(const BodyPair& candidate, PairContacts& pair) const {
+/// Contacts of one pair at the present poses, with what the last step remembered of them. contacts: scratch.
+void WorldState::find_pair_contacts(std::size_t k, std::vector<Contact>& contacts, PairContacts& pair) const {
+    const BodyPair& candidate = candidates[k];
     const auto a = static_cast<std::size_t>(candidate.a);
     const auto b = static_cast<std::size_t>(candidate.b);
-    sim::find_contacts(bodies.props[a].shape, bodies.pose[a], bodies.props[b].shape, bodies.pose[b],
-                       margin_of(candidate.a, candidate.b), pair.manifold.contacts);
-    if (pair.manifold.contacts.empty()) {
+    const Shape& shape_a = bodies.props[a].shape;
+    const Shape& shape_b = bodies.props[b].shape;
+    const double margin = margin_of(candidate.a, candidate.b);
+    if (are_boxes(candidate)) {
+        if (axes[k].separation() > margin) {
+            return;
+        }
+        find_box_contacts(std::get<Box>(shape_a), bodies.pose[a], std::get<Box>(shape_b), bodies.pose[b], axes[k],
+                          margin, contacts);
+    } else {
+        sim::find_contacts(shape_a, bodies.pose[a], shape_b, bodies.pose[b], margin, contacts);
+    }
+    if (contacts.empty()) {
         return;
     }
+    pair.manifold.contacts = contacts;
     pair.manifold.body_a = candidate.a;
     pair.manifold.body_b = candidate.b;
     pair.material = pair_material(bodies.props[a], bodies.props[b]);
@@ -179,12 +243,15 @@ void WorldState::check_pairs() {
         }
     }
     check_all = false;
+    update_axes(planned, moved);
     pair_penetration.resize(candidates.size());
     workers.run(candidates.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
             const auto a = static_cast<std::size_t>(candidates[k].a);
             const auto b = static_cast<std::size_t>(candidates[k].b);
-            if (moved[a] != 0 || moved[b] != 0) {
+            if (are_boxes(candidates[k])) {
+                pair_penetration[k] = -axes[k].separation();
+            } else if (moved[a] != 0 || moved[b] != 0) {
                 pair_penetration[k] =
                     -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
             }

@@ -1,5 +1,6 @@
 #pragma once
 /// What a World holds, and its stages: world.cpp has the step, world_contacts.cpp the search for contacts.
+#include "sim/box_axes.h"
 #include "sim/broad_phase.h"
 #include "sim/collision_solver.h"
 #include "sim/contact_solver.h"
@@ -40,7 +41,9 @@ struct WorldState {
     StepReport step();
     void move(StepReport& report);
     void find_candidates();
-    void find_pair_contacts(const BodyPair& candidate, PairContacts& pair) const;
+    void find_pair_contacts(std::size_t k, std::vector<Contact>& contacts, PairContacts& pair) const;
+    void update_axes(std::span<const Pose> poses, std::vector<char>& moved);
+    bool are_boxes(const BodyPair& pair) const;
     void check_pairs();
     void replace_contacts(std::size_t index, const std::vector<Contact>& contacts);
     void find_contacts(StepReport& report);
@@ -70,6 +73,11 @@ struct WorldState {
     std::vector<Pose> checked_pose;       ///< planned poses when a body's pairs were last looked at
     bool check_all = true;                ///< they have not been looked at in this plan
     std::vector<double> pair_penetration; ///< [candidates] then [m]
+    std::vector<char> is_box;             ///< [reported_count] a single box, not a part of a compound
+    std::vector<PlacedBoxRow> box_rows;   ///< [reported_count]
+    std::vector<BoxAxes> axes;            ///< [candidates] of pairs of boxes
+    std::vector<Pose> box_pose;           ///< [reported_count] at which the axes of a body's pairs were found
+    bool axes_known = false;              ///< they are those of the present candidates
     std::vector<BodyPair> meeting;        ///< apart now, overlapping at the planned poses
     double verified_penetration = 0.0;    ///< [m] at the planned poses
     int stops = 0;                        ///< in the step under way

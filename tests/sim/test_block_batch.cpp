@@ -9,10 +9,10 @@
 using namespace sim;
 
 namespace sim {
-double sweep_batches_baseline(const BatchSweep& sweep);
+double block_kernel_baseline(const BatchSweep& sweep);
 #if defined(__x86_64__)
-double sweep_batches_avx2(const BatchSweep& sweep);
-double sweep_batches_avx512(const BatchSweep& sweep);
+double block_kernel_avx2(const BatchSweep& sweep);
+double block_kernel_avx512(const BatchSweep& sweep);
 #endif
 } // namespace sim
 
@@ -99,13 +99,13 @@ TEST(block_batch, lanes_solve_what_solve_block_solves) {
 }
 
 TEST(block_batch, instruction_sets_agree_to_the_last_bit) {
-    std::vector<double (*)(const BatchSweep&)> kernels{sweep_batches_baseline};
+    std::vector<double (*)(const BatchSweep&)> kernels{block_kernel_baseline};
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2")) {
-        kernels.push_back(sweep_batches_avx2);
+        kernels.push_back(block_kernel_avx2);
     }
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) {
-        kernels.push_back(sweep_batches_avx512);
+        kernels.push_back(block_kernel_avx512);
     }
 #endif
     std::vector<std::vector<Velocity>> results;

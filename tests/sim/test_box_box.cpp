@@ -24,7 +24,7 @@ PlacedBox cube_at(const Vec3& position, const Quat& orientation = Quat::Identity
 
 std::vector<Contact> contacts_of(const PlacedBox& a, const PlacedBox& b, double margin = 0.1) {
     std::vector<Contact> contacts;
-    box_box_contacts(a, b, margin, 0, contacts);
+    box_box_contacts(a, b, box_box_axes(a, b), margin, 0, contacts);
     return contacts;
 }
 
@@ -211,7 +211,7 @@ TEST(box_box, separation_of_overlapping_boxes_is_the_least_depth_over_all_direct
     for (int i = 0; i < 300; ++i) {
         const PlacedBox a = at(Vec3(0.5, 0.3, 0.2), numbers.pose(0.4));
         const PlacedBox b = at(Vec3(0.2, 0.4, 0.6), numbers.pose(0.4));
-        const double s = box_box_separation(a, b);
+        const double s = box_box_axes(a, b).separation();
         if (s >= 0.0) {
             continue;
         }
@@ -243,11 +243,45 @@ TEST(box_box, id_base_and_body_frames_of_parts_are_kept) {
     const PlacedBox b = cube_at(Vec3::Zero());
     std::vector<Contact> contacts;
     const std::uint64_t id_base = std::uint64_t{5} << 32;
-    box_box_contacts(a, b, 0.1, id_base, contacts);
+    box_box_contacts(a, b, box_box_axes(a, b), 0.1, id_base, contacts);
     ASSERT_EQ(contacts.size(), 4u);
     for (const Contact& contact : contacts) {
         EXPECT_EQ(contact.feature.id >> 32, 5u);
         EXPECT_NEAR(contact_geometry(contact.feature, a.world_from_body, b.world_from_body).gap, 0.01,
                     rounding);
+    }
+}
+
+/// The fast search against the readable one.
+TEST(box_box, axes_of_many_pairs_are_those_of_each) {
+    Numbers numbers(5);
+    std::vector<PlacedBox> boxes;
+    std::vector<PlacedBoxRow> rows;
+    std::vector<int> first;
+    std::vector<int> second;
+    std::vector<int> result;
+    for (int i = 0; i < 43; ++i) { // not a multiple of the lanes
+        const Pose pose = i % 4 == 0 ? Pose{numbers.vector(1.0), Quat::Identity()} : numbers.pose(1.0);
+        boxes.push_back({Box{Vec3(0.4, 0.5, 0.6)}, pose, Pose{}, pose});
+        PlacedBoxRow& row = rows.emplace_back();
+        const Mat3 rotation = pose.orientation.toRotationMatrix();
+        std::copy_n(rotation.data(), 9, row.axes);
+        std::copy_n(pose.position.data(), 3, row.centre);
+        std::copy_n(boxes.back().box.half_extents.data(), 3, row.half);
+        first.push_back(i);
+        second.push_back(i / 2);
+        result.push_back(42 - i);
+    }
+    std::vector<BoxAxes> axes(43);
+    find_axes({rows.data(), first.data(), second.data(), result.data(), first.size(), axes.data()});
+    for (int i = 1; i < 43; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const BoxAxes expected = box_box_axes(boxes[k], boxes[k / 2]);
+        const BoxAxes& found = axes[42 - k];
+        for (const auto kind : {&BoxAxes::face_a, &BoxAxes::face_b, &BoxAxes::edges}) {
+            EXPECT_NEAR((found.*kind).separation, (expected.*kind).separation, 1e-14);
+            EXPECT_EQ((found.*kind).index, (expected.*kind).index);
+            EXPECT_EQ((found.*kind).side, (expected.*kind).side);
+        }
     }
 }
