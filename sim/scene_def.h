@@ -1,6 +1,7 @@
 #pragma once
 /// Plain data of one scene, as scene_file reads it. Body frames have their origin in the centre of mass.
 #include "sim/math.h"
+#include "sim/overlay_def.h"
 #include "sim/rational.h"
 #include "sim/shape.h"
 
@@ -137,8 +138,26 @@ struct SceneDef {
     std::vector<CameraDef> cameras;            ///< at least one after load
     LightDef light;
     OutputDef output;
+    OverlayDef overlay;
+    std::vector<PlotDef> plots;
     std::string text;                          ///< the file as read
     std::vector<std::string> overrides;        ///< "dotted.key=value", in the order applied
 };
+
+/// What the pictures of a scene need of its contacts.
+inline ContactDetail contacts_shown(const SceneDef& scene) {
+    using enum Shown;
+    const OverlayDef& overlay = scene.overlay;
+    if (overlay.shows(points) || overlay.shows(normals) || overlay.shows(impulses) ||
+        overlay.shows(contact_paths) || overlay.color_by == ColorBy::contacts ||
+        overlay.color_by == ColorBy::impulse) {
+        return ContactDetail::all;
+    }
+    bool is_counted = overlay.shows(contacts);
+    for (const PlotDef& plot : scene.plots) {
+        is_counted = is_counted || (overlay.shows(plots) && plot.quantity == PlotQuantity::contacts);
+    }
+    return is_counted ? ContactDetail::count : ContactDetail::none;
+}
 
 } // namespace sim

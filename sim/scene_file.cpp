@@ -3,6 +3,7 @@
 #include "sim/error.h"
 #include "sim/file_io.h"
 #include "sim/scene_body.h"
+#include "sim/scene_layer.h"
 #include "sim/scene_overlap.h"
 #include "sim/scene_pattern.h"
 #include "sim/scene_section.h"
@@ -363,6 +364,14 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     }
     read_cameras(loading, top);
     check_chosen_camera(loading, table("output"));
+    const BodyFinder find = [&](const std::string& name, const TextPlace& place, const std::string& title) {
+        return find_body(loading, name, place, title);
+    };
+    scene.overlay = read_overlay(source, table("overlay"), find);
+    index = 0;
+    for (const TreeNode* node : top.tables("plot")) {
+        scene.plots.push_back(read_plot(source, *node, fmt::format("plot {}", index++), scene, find));
+    }
     check_overlaps(loading);
     scene.text = text;
     scene.overrides = source.assignments;

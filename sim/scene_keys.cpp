@@ -123,6 +123,8 @@ SectionSpec top_section() {
                 {"simulation", table, "", none, "how it is computed", any, "[simulation]"},
                 {"output", table, "", none, "what is written", any, "[output]"},
                 {"light", table, "", none, "sun and sky", any, "[light]"},
+                {"overlay", table, "", none, "text and more over the pictures", any, "[overlay]"},
+                {"plot", tables, "", none, "plots over the pictures", any, "[[plot]]"},
                 {"camera", tables, "", none, "cameras; without one all bodies are brought into view", any,
                  "[[camera]]"},
                 {"body", tables, "", none, "bodies", any, "[[body]]"},
@@ -319,9 +321,56 @@ std::vector<SectionSpec> view_sections() {
     };
 }
 
+std::vector<SectionSpec> overlay_sections() {
+    return {
+        {"overlay",
+         "[overlay]",
+         "Text, contacts, paths and plots over the pictures, and what bodies are coloured by.",
+         {
+             {"show", words, "", "[]",
+              "what is drawn: the scene's `title`; `time`, number of loaded `contacts` and `energy` as text; "
+              "contact `points` (sticking and sliding in two colours), `normals` and `impulses`; `trails` of "
+              "centres of mass; `contact_paths`, where bodies were touched; the `plots`",
+              any, "title time contacts energy points normals impulses trails contact_paths plots"},
+             {"color_by", choice, "", "\"look\"",
+              "`look`: as the bodies say; `material`, `body`: a colour each; `speed` [m/s], number of "
+              "`contacts`, sum of normal `impulse`s in one step [N s]: moving bodies on a scale, with a legend",
+              any, "look material body speed contacts impulse"},
+             {"color_range", interval, "", none, "of that scale; left out: chosen from the scene", any, ""},
+             {"arrow_scale", number, "m/(N s)", none, "length of an impulse's arrow; left out: chosen from "
+              "the scene", positive, ""},
+             {"trail_time", number, "s", none, "how far back trails reach; left out: to the start", positive,
+              ""},
+             {"bodies", texts, "", none, "names of the bodies with trails and contact paths; left out: all "
+              "that move", any, ""},
+             {"plots_at", choice, "", "\"bottom_right\"", "corner of the picture that the plots are in", any,
+              "bottom_right top_right"},
+             {"zero_height", number, "m", "0", "where potential energy counts from", any, ""},
+         }},
+        {"plot",
+         "[[plot]]",
+         "A curve over time that grows with the film; drawn if `overlay.show` has \"plots\".",
+         {
+             {"title", text, "", "\"\"", "above the plot; left out: the quantity", any, ""},
+             {"quantity", choice, "", required_key,
+              "`energy`: kinetic, potential and their sum [J]; `inclination` of a body's z axis to the "
+              "vertical [degrees]; `distance` of a body's centre of mass from its place at the start [m]; "
+              "number of loaded `contacts`",
+              any, "energy inclination distance contacts"},
+             {"bodies", texts, "", none, "names of the bodies, a curve each; not for energy and contacts", any,
+              ""},
+             {"range", interval, "", none, "of the quantity; left out: grows with it", any, ""},
+             {"closed_form_on", text, "", none,
+              "name of the box down whose top the bodies slide: with the distance that Coulomb's friction "
+              "gives in closed form, as a dashed curve",
+              any, ""},
+         }},
+    };
+}
+
 std::vector<SectionSpec> all_sections() {
     std::vector<SectionSpec> sections{top_section(), simulation_section(), output_section()};
-    for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), view_sections()}) {
+    for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), view_sections(), overlay_sections()}) {
         sections.insert(sections.end(), group.begin(), group.end());
     }
     return sections;
@@ -423,6 +472,17 @@ std::string describe_expected(const KeySpec& key) {
         return "an array of at least two [radius, z]" + unit + ", radius >= 0, z not falling";
     case names:
         return "one or two names of bodies";
+    case texts:
+        return "an array of names of bodies";
+    case words: {
+        std::string result = "an array of";
+        for (const std::string& word : choices_of(key)) {
+            result += (result.back() == 'f' ? " \"" : ", \"") + word + "\"";
+        }
+        return result;
+    }
+    case interval:
+        return "two numbers, the first less than the second" + unit;
     case table:
         return fmt::format("a table: {}", key.choices);
     case tables:

@@ -27,6 +27,9 @@ enum class KeyType {
     colors,     ///< array of those
     pairs,      ///< array of pairs of numbers
     names,      ///< array of one or two texts
+    texts,      ///< array of texts
+    words,      ///< array of some of a few words
+    interval,   ///< array of two ascending numbers
     table,      ///< [name]
     tables,     ///< [[name]], any number of them
 };

@@ -345,6 +345,59 @@ std::vector<std::string> Section::names(std::string_view key) {
     return result;
 }
 
+std::vector<std::string> Section::texts(std::string_view key) {
+    const KeySpec& spec = spec_of(key, KeyType::texts);
+    if (!has(key)) {
+        return {};
+    }
+    const TreeNode& value = value_of(spec);
+    if (value.kind != TreeKind::array || value.children.empty()) {
+        wrong(spec, {value, std::string(key)});
+    }
+    std::vector<std::string> result;
+    for (std::size_t i = 0; i < value.children.size(); ++i) {
+        if (value.children[i].kind != TreeKind::text) {
+            wrong(spec, {value.children[i], fmt::format("{}[{}]", key, i)});
+        }
+        result.push_back(value.children[i].text);
+    }
+    return result;
+}
+
+std::vector<int> Section::words(std::string_view key) {
+    const KeySpec& spec = spec_of(key, KeyType::words);
+    const TreeNode& value = value_of(spec);
+    if (value.kind != TreeKind::array) {
+        wrong(spec, {value, std::string(key)});
+    }
+    const std::vector<std::string> known = choices_of(spec);
+    std::vector<int> result;
+    for (std::size_t i = 0; i < value.children.size(); ++i) {
+        const TreeNode& word = value.children[i];
+        const std::string name = fmt::format("{}[{}]", key, i);
+        if (word.kind != TreeKind::text) {
+            wrong(spec, {word, name});
+        }
+        const auto found = std::ranges::find(known, word.text);
+        if (found == known.end()) {
+            fail_at(source_, word.place,
+                    fmt::format("{}: {} is \"{}\", expected a known word{}", title_, name, word.text,
+                                suggestion(word.text, known)));
+        }
+        result.push_back(static_cast<int>(found - known.begin()));
+    }
+    return result;
+}
+
+std::array<double, 2> Section::interval(std::string_view key) {
+    const KeySpec& spec = spec_of(key, KeyType::interval);
+    const std::vector<double> ends = numbers(spec, 2);
+    if (!(ends[0] < ends[1])) {
+        wrong(spec, {value_of(spec), std::string(key)});
+    }
+    return {ends[0], ends[1]};
+}
+
 const TreeNode& Section::table(std::string_view key) {
     const KeySpec& spec = spec_of(key, KeyType::table);
     const TreeNode& value = value_of(spec);

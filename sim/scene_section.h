@@ -6,6 +6,7 @@
 #include "sim/scene_keys.h"
 #include "sim/scene_tree.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -47,6 +48,11 @@ public:
     std::vector<Eigen::Vector2d> pairs(std::string_view key);
     /// 1 or 2.
     std::vector<std::string> names(std::string_view key);
+    std::vector<std::string> texts(std::string_view key);
+    /// Indices among the key's choices, in the order given.
+    std::vector<int> words(std::string_view key);
+    /// Ascending.
+    std::array<double, 2> interval(std::string_view key);
     const TreeNode& table(std::string_view key);
     /// Empty if left out.
     std::vector<const TreeNode*> tables(std::string_view key);

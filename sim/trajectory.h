@@ -6,6 +6,10 @@
 ///   /velocity [f,b,3]  [m/s]                /angular_velocity [f,b,3]  [rad/s], world frame
 ///   /body/name [b]  text of fixed length         /body/shape [b]  the same: JSON, see shape_to_json
 ///   /body/mass [b]  [kg], 0: static; every dataset of numbers has an attribute unit
+///   If contacts are asked for: /contact_count [f] int64, of those that carry a load; and with all of them
+///   /contact/bodies [c,2] int32, indices a, b    /contact/sticking [c,1] int8
+///   /contact/point [c,3] [m]    /contact/normal [c,3], b to a    /contact/impulse [c,3] [N s] on a, of one step
+///     float32, record after record: those of record k follow the sum of the counts before it
 ///   attributes of /: scene_name, scene_text, overrides [n], program_version
 ///
 /// All data carry checksums (Fletcher 32), and no time of writing: the same run gives the same bytes.
@@ -22,8 +26,9 @@ namespace sim {
 
 class TrajectoryWriter {
 public:
-    /// Opens path + ".part" and describes the bodies. Throws Error (io).
-    TrajectoryWriter(const std::filesystem::path& path, const SceneDef& scene);
+    /// Opens path + ".part" and describes the bodies. contacts: what is recorded of them. Throws Error (io).
+    TrajectoryWriter(const std::filesystem::path& path, const SceneDef& scene,
+                     ContactDetail contacts = ContactDetail::none);
     /// Without finish() the part file is removed.
     ~TrajectoryWriter();
     TrajectoryWriter(TrajectoryWriter&&) noexcept;
@@ -63,6 +68,8 @@ public:
     const TrajectoryInfo& info() const;
     /// Step of each record, ascending.
     const std::vector<std::int64_t>& steps() const;
+    /// What it has recorded of contacts.
+    ContactDetail contacts() const;
     /// Record 0 .. steps().size() - 1: CHECK. Throws Error (io).
     Snapshot read(std::size_t record) const;
 

@@ -1,10 +1,11 @@
 #pragma once
 /// HDF5's identifiers with an owner, its errors as Error, and the layout both halves of trajectory share.
-/// Only trajectory_writer.cpp and trajectory_reader.cpp include this.
+/// Only trajectory_writer.cpp, trajectory_reader.cpp and trajectory_contacts include this.
 #include "sim/error.h"
 
 #include <hdf5.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <filesystem>
@@ -112,6 +113,45 @@ inline constexpr std::array<RecordLayout, 5> record_layouts{{{"time", 0, "s"},
                                                              {"velocity", 3, "m/s"},
                                                              {"angular_velocity", 3, "rad/s"}}};
 inline constexpr RecordLayout step_layout{"step", 0, "1"};
+
+/// The contacts of all records, one after the other.
+struct ContactLayout {
+    const char* name;
+    hsize_t columns;
+    const char* unit;
+};
+enum ContactIndex { contact_point, contact_normal, contact_impulse };
+inline constexpr ContactLayout contact_bodies_layout{"contact/bodies", 2, "1"};
+inline constexpr ContactLayout contact_sticking_layout{"contact/sticking", 1, "1"};
+inline constexpr std::array<ContactLayout, 3> contact_layouts{
+    {{"contact/point", 3, "m"}, {"contact/normal", 3, "1"}, {"contact/impulse", 3, "N s"}}};
+
+/// Settings of a dataset in chunks, each with a checksum, and without the time of writing.
+inline Handle dataset_settings(const Checker& checker, int rank, const hsize_t* chunk) {
+    Handle settings = checker.check(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    checker.check(H5Pset_chunk(settings.get(), rank, chunk));
+    checker.check(H5Pset_fletcher32(settings.get()));
+    checker.check(H5Pset_obj_track_times(settings.get(), false));
+    return settings;
+}
+
+/// Texts have a fixed length, padded with zeros: unlike HDF5's variable ones they are covered by checksums.
+inline Handle text_type(const Checker& checker, std::size_t length) {
+    Handle type = checker.check(H5Tcopy(H5T_C_S1), H5Tclose);
+    checker.check(H5Tset_size(type.get(), std::max<std::size_t>(length, 1)));
+    checker.check(H5Tset_strpad(type.get(), H5T_STR_NULLPAD));
+    checker.check(H5Tset_cset(type.get(), H5T_CSET_UTF8));
+    return type;
+}
+
+inline void write_text_attribute(const Checker& checker, hid_t object, const char* name,
+                                 const std::string& text) {
+    const Handle type = text_type(checker, text.size());
+    const Handle space = checker.check(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle attribute =
+        checker.check(H5Acreate2(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    checker.check(H5Awrite(attribute.get(), type.get(), text.c_str()));
+}
 
 /// The extent of one record: 1, body_count, columns (or only 1).
 struct Extent {

@@ -1,8 +1,9 @@
 #include "sim/trajectory.h"
-#include "sim/trajectory_hdf5.h"
+#include "sim/trajectory_contacts.h"
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 
 namespace sim {
 
@@ -14,6 +15,7 @@ struct TrajectoryReader::Impl {
     std::array<Handle, record_layouts.size()> records;
     TrajectoryInfo info;
     std::vector<std::int64_t> steps;
+    std::optional<ContactReader> contacts;
 
     explicit Impl(const std::filesystem::path& path)
         : checker{path, "cannot read", "not a whole trajectory: "} {}
@@ -187,6 +189,7 @@ TrajectoryReader::TrajectoryReader(const std::filesystem::path& path) : impl_(st
     impl_->read_description();
     impl_->read_steps();
     impl_->open_records();
+    impl_->contacts.emplace(impl_->checker, impl_->file.get(), impl_->steps.size());
 }
 
 TrajectoryReader::~TrajectoryReader() = default;
@@ -199,6 +202,10 @@ const TrajectoryInfo& TrajectoryReader::info() const {
 
 const std::vector<std::int64_t>& TrajectoryReader::steps() const {
     return impl_->steps;
+}
+
+ContactDetail TrajectoryReader::contacts() const {
+    return impl_->contacts->detail();
 }
 
 Snapshot TrajectoryReader::read(std::size_t record) const {
@@ -221,6 +228,7 @@ Snapshot TrajectoryReader::read(std::size_t record) const {
         snapshot.bodies[i] = {vector_of(position), Quat(q[0], q[1], q[2], q[3]), vector_of(velocity),
                               vector_of(angular_velocity)};
     }
+    impl_->contacts->read(record, snapshot);
     return snapshot;
 }
 

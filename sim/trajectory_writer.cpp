@@ -1,9 +1,11 @@
 #include "sim/file_io.h"
 #include "sim/shape.h"
 #include "sim/trajectory.h"
+#include "sim/trajectory_contacts.h"
 #include "sim/trajectory_hdf5.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace sim {
 
@@ -14,23 +16,6 @@ namespace {
 // Records are written in chunks of about this size [byte]: much smaller ones cost time, much larger ones
 // space.
 constexpr std::size_t chunk_bytes = 1 << 14;
-
-// Texts have a fixed length, padded with zeros: unlike HDF5's variable ones they are covered by checksums.
-Handle text_type(const Checker& checker, std::size_t length) {
-    Handle type = checker.check(H5Tcopy(H5T_C_S1), H5Tclose);
-    checker.check(H5Tset_size(type.get(), std::max<std::size_t>(length, 1)));
-    checker.check(H5Tset_strpad(type.get(), H5T_STR_NULLPAD));
-    checker.check(H5Tset_cset(type.get(), H5T_CSET_UTF8));
-    return type;
-}
-
-void write_attribute(const Checker& checker, hid_t object, const char* name, const std::string& text) {
-    const Handle type = text_type(checker, text.size());
-    const Handle space = checker.check(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle attribute =
-        checker.check(H5Acreate2(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    checker.check(H5Awrite(attribute.get(), type.get(), text.c_str()));
-}
 
 /// Texts one after the other, each padded with zeros to the longest.
 struct PaddedTexts {
@@ -79,6 +64,7 @@ struct TrajectoryWriter::Impl {
     Handle file;
     Handle step;
     std::array<Handle, record_layouts.size()> records;
+    std::optional<ContactWriter> contacts;
     std::vector<double> numbers; // one record of one dataset
 
     Impl(const std::filesystem::path& path, std::size_t bodies)
@@ -88,6 +74,7 @@ struct TrajectoryWriter::Impl {
         silence();
         step = Handle();
         records = {};
+        contacts.reset();
         file = Handle();
         H5Eclear2(H5E_DEFAULT); // a full disk fails here once more
         if (!is_finished) {
@@ -99,7 +86,6 @@ struct TrajectoryWriter::Impl {
     void open();
     void describe(const SceneDef& scene);
     Handle write_bodies(const char* name, hid_t type, const void* data);
-    Handle dataset_settings(int rank, const hsize_t* chunk) const;
     Handle create_records(const char* name, hid_t file_type, const Extent& extent);
     void append_record(hid_t dataset, hid_t memory_type, const Extent& extent, const void* data);
 };
@@ -115,9 +101,9 @@ void TrajectoryWriter::Impl::open() {
 }
 
 void TrajectoryWriter::Impl::describe(const SceneDef& scene) {
-    write_attribute(checker, file.get(), "scene_name", scene.name);
-    write_attribute(checker, file.get(), "scene_text", scene.text);
-    write_attribute(checker, file.get(), "program_version", TUMBLE_VERSION);
+    write_text_attribute(checker, file.get(), "scene_name", scene.name);
+    write_text_attribute(checker, file.get(), "scene_text", scene.text);
+    write_text_attribute(checker, file.get(), "program_version", TUMBLE_VERSION);
     const PaddedTexts overrides(scene.overrides);
     const hsize_t count = scene.overrides.size();
     const Handle type = text_type(checker, overrides.length);
@@ -145,7 +131,7 @@ void TrajectoryWriter::Impl::describe(const SceneDef& scene) {
     const PaddedTexts padded_shapes(shapes);
     write_bodies("body/shape", text_type(checker, padded_shapes.length).get(), padded_shapes.bytes.data());
     const Handle mass = write_bodies("body/mass", H5T_IEEE_F64LE, masses.data());
-    write_attribute(checker, mass.get(), "unit", "kg");
+    write_text_attribute(checker, mass.get(), "unit", "kg");
 }
 
 // A dataset of one entry a body. The type in memory is the type in the file: little-endian like the machine.
@@ -153,22 +139,13 @@ Handle TrajectoryWriter::Impl::write_bodies(const char* name, hid_t type, const 
     const hsize_t count = body_count;
     const hsize_t chunk = std::max<hsize_t>(1, count);
     const Handle space = checker.check(H5Screate_simple(1, &count, nullptr), H5Sclose);
-    const Handle settings = dataset_settings(1, &chunk);
+    const Handle settings = dataset_settings(checker, 1, &chunk);
     Handle dataset = checker.check(
         H5Dcreate2(file.get(), name, type, space.get(), H5P_DEFAULT, settings.get(), H5P_DEFAULT), H5Dclose);
     if (count > 0) {
         checker.check(H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data));
     }
     return dataset;
-}
-
-// In chunks, each with a checksum, and without the time of writing.
-Handle TrajectoryWriter::Impl::dataset_settings(int rank, const hsize_t* chunk) const {
-    Handle settings = checker.check(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    checker.check(H5Pset_chunk(settings.get(), rank, chunk));
-    checker.check(H5Pset_fletcher32(settings.get()));
-    checker.check(H5Pset_obj_track_times(settings.get(), false));
-    return settings;
 }
 
 // An empty dataset that grows by `extent` a record.
@@ -181,7 +158,7 @@ Handle TrajectoryWriter::Impl::create_records(const char* name, hid_t file_type,
     chunk[0] = std::max<hsize_t>(1, chunk_bytes / (sizeof(double) * std::max<hsize_t>(1, extent.numbers())));
     chunk[1] = std::max<hsize_t>(1, chunk[1]); // a scene without bodies
     const Handle space = checker.check(H5Screate_simple(extent.rank, size.data(), limit.data()), H5Sclose);
-    const Handle settings = dataset_settings(extent.rank, chunk.data());
+    const Handle settings = dataset_settings(checker, extent.rank, chunk.data());
     return checker.check(
         H5Dcreate2(file.get(), name, file_type, space.get(), H5P_DEFAULT, settings.get(), H5P_DEFAULT),
         H5Dclose);
@@ -203,7 +180,8 @@ void TrajectoryWriter::Impl::append_record(hid_t dataset, hid_t memory_type, con
     checker.check(H5Dwrite(dataset, memory_type, memory.get(), space.get(), H5P_DEFAULT, data));
 }
 
-TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& path, const SceneDef& scene)
+TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& path, const SceneDef& scene,
+                                   ContactDetail contacts)
     : impl_(std::make_unique<Impl>(path, scene.bodies.size())) {
     silence();
     impl_->open();
@@ -213,7 +191,10 @@ TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& path, const Scen
         const RecordLayout& layout = record_layouts[i];
         impl_->records[i] =
             impl_->create_records(layout.name, H5T_IEEE_F64LE, Extent(layout, impl_->body_count));
-        write_attribute(impl_->checker, impl_->records[i].get(), "unit", layout.unit);
+        write_text_attribute(impl_->checker, impl_->records[i].get(), "unit", layout.unit);
+    }
+    if (contacts != ContactDetail::none) {
+        impl_->contacts.emplace(impl_->checker, impl_->file.get(), contacts);
     }
 }
 
@@ -231,6 +212,9 @@ void TrajectoryWriter::append(const Snapshot& snapshot) {
         impl_->append_record(impl_->records[i].get(), H5T_NATIVE_DOUBLE,
                              Extent(record_layouts[i], impl_->body_count), impl_->numbers.data());
     }
+    if (impl_->contacts) {
+        impl_->contacts->append(snapshot);
+    }
     impl_->last_step = snapshot.step;
     ++impl_->record_count;
 }
@@ -241,6 +225,9 @@ void TrajectoryWriter::finish() {
     impl_->checker.check(impl_->step.close());
     for (Handle& dataset : impl_->records) {
         impl_->checker.check(dataset.close());
+    }
+    if (impl_->contacts) {
+        impl_->contacts->close();
     }
     impl_->checker.check(impl_->file.close());
     commit_part(impl_->checker.path);

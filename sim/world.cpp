@@ -1,5 +1,6 @@
 #include "sim/world.h"
 
+#include "sim/contact_view.h"
 #include "sim/error.h"
 #include "sim/integrate.h"
 #include "sim/world_state.h"
@@ -284,7 +285,7 @@ bool WorldState::plan_interval(StepReport& report) {
     return good;
 }
 
-Snapshot WorldState::take_snapshot() const {
+Snapshot WorldState::take_snapshot(ContactDetail contacts) const {
     Snapshot snapshot;
     snapshot.step = step_index;
     snapshot.time = static_cast<double>(step_index * settings.time_step.num) /
@@ -293,6 +294,13 @@ Snapshot WorldState::take_snapshot() const {
     for (std::size_t i = 0; i < reported_count; ++i) {
         snapshot.bodies.push_back(
             {bodies.pose[i].position, bodies.pose[i].orientation, velocity[i].v, velocity[i].w});
+    }
+    if (contacts != ContactDetail::none) {
+        snapshot.contacts = loaded_contacts(pairs, h);
+        snapshot.contact_count = static_cast<std::int64_t>(snapshot.contacts.size());
+        if (contacts == ContactDetail::count) {
+            snapshot.contacts.clear();
+        }
     }
     return snapshot;
 }
@@ -312,8 +320,8 @@ double World::time() const {
     const Rational& h = state_->settings.time_step;
     return static_cast<double>(state_->step_index * h.num) / static_cast<double>(h.den);
 }
-Snapshot World::take_snapshot() const {
-    return state_->take_snapshot();
+Snapshot World::take_snapshot(ContactDetail contacts) const {
+    return state_->take_snapshot(contacts);
 }
 
 } // namespace sim

@@ -25,7 +25,8 @@ public:
     std::int64_t step_index() const;
     /// t = step_index * h, never accumulated [s].
     double time() const;
-    Snapshot take_snapshot() const;
+    /// contacts: how much of them it holds.
+    Snapshot take_snapshot(ContactDetail contacts = ContactDetail::none) const;
 
 private:
     std::unique_ptr<WorldState> state_;

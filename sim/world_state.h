@@ -61,7 +61,7 @@ struct WorldState {
     double margin_of(int a, int b) const;
     double reach_of(const BodyPair& pair) const;
     std::size_t pair_index(const BodyPair& pair) const;
-    Snapshot take_snapshot() const;
+    Snapshot take_snapshot(ContactDetail contacts) const;
 
     std::vector<std::string> names;
     std::size_t reported_count = 0; ///< bodies of the scene; the world itself comes after them

@@ -90,6 +90,7 @@ Entries smallest_table(const std::string& path) {
           {"anchor", "[0, 0, 1]"},
           {"axis", "[0, 1, 0]"}}},
         {"camera", {{"name", "'x'"}, {"eye", "[1, 2, 3]"}, {"target", "[0, 0, 0]"}}},
+        {"plot", {{"quantity", "'distance'"}, {"bodies", "['ball']"}}},
         {"camera.keys", {{"time", "0"}, {"eye", "[1, 2, 3]"}, {"target", "[0, 0, 0]"}}},
     };
     const auto found = tables.find(path);
@@ -110,6 +111,7 @@ Company company_of(const std::string& key) {
         {"mu_d", {{{"mu_s", "0.1"}}, {}}},
         {"keys", {{}, {"eye", "target"}}},
         {"period", {{{"kind", "'orbit'"}}, {}}},
+        {"color_range", {{{"color_by", "'speed'"}}, {}}},
     };
     const auto found = companies.find(key);
     return found == companies.end() ? Company{} : found->second;
@@ -144,9 +146,9 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     if (path == "lattice.body") {
         return "[[lattice]]\nname = 'x'\ncount = [1, 1, 1]\nspacing = [1, 1, 1]\n[lattice.body]\n" + table;
     }
-    const bool is_single = path == "simulation" || path == "output" || path == "light";
+    const bool is_single = path == "simulation" || path == "output" || path == "light" || path == "overlay";
     const std::string header = path.empty() ? "" : is_single ? "[" + path + "]\n" : "[[" + path + "]]\n";
-    return (path == "joint" ? ball : "") + header + table;
+    return (path == "joint" || path == "plot" ? ball : "") + header + table;
 }
 
 } // namespace

@@ -129,6 +129,48 @@ TEST(trajectory, same_records_give_the_same_bytes_at_any_time) {
     EXPECT_TRUE(read_text_file(folder / "a.h5") == read_text_file(folder / "b.h5"));
 }
 
+/// Contacts that no two records and no two contacts share.
+Snapshot with_contacts(Snapshot snapshot, int count) {
+    for (int i = 0; i < count; ++i) {
+        const float x = std::sin(static_cast<float>(snapshot.step + 7 * i));
+        snapshot.contacts.push_back(
+            {{i % 2, 1 - i % 2}, {x, 1 / x, -x}, {0, x, 1}, {x * 1e-30f, 0, x * 1e20f}, i % 3 == 0});
+    }
+    snapshot.contact_count = count;
+    return snapshot;
+}
+
+TEST(trajectory, contacts_are_read_back_bit_for_bit_as_far_as_they_were_asked_for) {
+    const fs::path folder = fresh_folder();
+    const SceneDef scene = test_scene();
+    // No contacts in some records, more than a chunk in all.
+    const auto count_of = [](std::int64_t k) { return static_cast<int>(k * k % 23 * 10); };
+    for (const ContactDetail detail : {ContactDetail::none, ContactDetail::count, ContactDetail::all}) {
+        const fs::path path = folder / "a.h5";
+        TrajectoryWriter writer(path, scene, detail);
+        for (std::int64_t k = 0; k < 40; ++k) {
+            writer.append(with_contacts(test_snapshot(k, 2), count_of(k)));
+        }
+        writer.finish();
+        const TrajectoryReader reader(path);
+        EXPECT_EQ(reader.contacts(), detail);
+        for (std::int64_t k = 0; k < 40; ++k) {
+            const Snapshot found = reader.read(static_cast<std::size_t>(k));
+            const Snapshot expected = with_contacts(test_snapshot(k, 2), count_of(k));
+            expect_equal(found, expected);
+            EXPECT_EQ(found.contact_count, detail == ContactDetail::none ? 0 : count_of(k));
+            ASSERT_EQ(found.contacts.size(), detail == ContactDetail::all ? expected.contacts.size() : 0);
+            for (std::size_t i = 0; i < found.contacts.size(); ++i) {
+                EXPECT_EQ(found.contacts[i].bodies, expected.contacts[i].bodies);
+                EXPECT_EQ(found.contacts[i].point, expected.contacts[i].point);
+                EXPECT_EQ(found.contacts[i].normal, expected.contacts[i].normal);
+                EXPECT_EQ(found.contacts[i].impulse, expected.contacts[i].impulse);
+                EXPECT_EQ(found.contacts[i].is_sticking, expected.contacts[i].is_sticking);
+            }
+        }
+    }
+}
+
 TEST(trajectory, a_scene_without_bodies_and_overrides_is_read_back) {
     const fs::path path = fresh_folder() / "a.h5";
     write_trajectory(path, SceneDef{}, 3);

@@ -1,0 +1,79 @@
+#include "sim/contact_view.h"
+
+#include "sim/scene_file.h"
+#include "sim/world.h"
+
+#include <gtest/gtest.h>
+
+using namespace sim;
+
+namespace {
+
+/// A block of 2 kg on the floor with friction 0.5, pulled sideways by gravity times `slope`.
+SceneDef block_on_floor(double slope) {
+    return parse_scene("[simulation]\ngravity = [" + std::to_string(9.81 * slope) + R"(, 0, -9.81]
+tolerance = 1e-9
+[[body]]
+name = "floor"
+shape = { kind = "plane" }
+static = true
+[[body]]
+name = "block"
+shape = { kind = "box", size = [1, 1, 0.2] }
+mass = 2
+position = [0, 0, 0.1]
+friction = 0.5
+)",
+                       "block.toml");
+}
+
+Snapshot after(const SceneDef& scene, int steps, ContactDetail detail) {
+    World world(scene);
+    for (int i = 0; i < steps; ++i) {
+        world.step();
+    }
+    return world.take_snapshot(detail);
+}
+
+} // namespace
+
+TEST(contact_view, impulses_of_a_resting_block_carry_its_weight_and_stick) {
+    const SceneDef scene = block_on_floor(0.2);
+    const Snapshot snapshot = after(scene, 20, ContactDetail::all);
+    ASSERT_EQ(snapshot.contacts.size(), 4u);
+    EXPECT_EQ(snapshot.contact_count, 4);
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (const ContactSnapshot& contact : snapshot.contacts) {
+        EXPECT_TRUE(contact.is_sticking);
+        EXPECT_EQ(contact.bodies[0], 0);
+        EXPECT_EQ(contact.bodies[1], 1);
+        EXPECT_NEAR(contact.normal.z(), -1.0f, 1e-6f); // from the block to the floor
+        EXPECT_NEAR(contact.point.z(), 0.0f, 1e-6f);
+        sum += contact.impulse;
+    }
+    // On the floor: the weight, and the pull sideways, of one step of 1 ms.
+    EXPECT_NEAR(sum.z(), -2.0f * 9.81f * 1e-3f, 1e-6f);
+    EXPECT_NEAR(sum.x(), 2.0f * 0.2f * 9.81f * 1e-3f, 1e-6f);
+}
+
+TEST(contact_view, a_block_pulled_harder_than_friction_slides) {
+    const Snapshot snapshot = after(block_on_floor(0.8), 20, ContactDetail::all);
+    ASSERT_FALSE(snapshot.contacts.empty());
+    for (const ContactSnapshot& contact : snapshot.contacts) {
+        EXPECT_FALSE(contact.is_sticking);
+        const float tangential = std::hypot(contact.impulse.x(), contact.impulse.y());
+        EXPECT_NEAR(tangential, 0.5f * std::abs(contact.impulse.z()), 1e-6f);
+    }
+}
+
+TEST(contact_view, what_is_not_asked_for_is_not_there_and_changes_no_hash) {
+    const SceneDef scene = block_on_floor(0.2);
+    const Snapshot none = after(scene, 5, ContactDetail::none);
+    const Snapshot count = after(scene, 5, ContactDetail::count);
+    const Snapshot all = after(scene, 5, ContactDetail::all);
+    EXPECT_EQ(none.contact_count, 0);
+    EXPECT_TRUE(none.contacts.empty());
+    EXPECT_EQ(count.contact_count, 4);
+    EXPECT_TRUE(count.contacts.empty());
+    EXPECT_EQ(state_hash(none), state_hash(all));
+}
