@@ -1,5 +1,6 @@
 #include "render/film.h"
 
+#include "render/overlay.h"
 #include "render/renderer.h"
 #include "sim/error.h"
 
@@ -20,6 +21,18 @@ std::size_t pictures_ahead(const sim::OutputDef& output) {
     const std::size_t picture =
         static_cast<std::size_t>(output.width) * static_cast<std::size_t>(output.height) * 3;
     return std::clamp<std::size_t>(bytes / picture, 1, 8);
+}
+
+// One frame with all that lies over it.
+Image draw_frame(Renderer& renderer, Overlay& overlay, const sim::Snapshot& snapshot, const Notes& notes) {
+    if (overlay.colors().is_needed()) {
+        renderer.set_colors(overlay.colors().of(snapshot));
+    }
+    Image image = renderer.draw(snapshot);
+    if (overlay.is_needed()) {
+        overlay.draw(image, snapshot, notes, overlay.needs_depth() ? renderer.depth() : DepthPicture());
+    }
+    return image;
 }
 
 std::string to_text(const sim::Rational& r) {
@@ -46,7 +59,7 @@ std::string frame_file_name(std::int64_t frame) {
 }
 
 Film::Film(const sim::SceneDef& scene, const FilmSettings& settings)
-    : scene_(scene), settings_(settings), states_(states_ahead), for_png_(pictures_ahead(scene.output)),
+    : scene_(scene), settings_(settings), note_taker_(scene), states_(states_ahead), for_png_(pictures_ahead(scene.output)),
       for_video_(pictures_ahead(scene.output)) {}
 
 void Film::start(ThreadGroup& threads) {
@@ -65,7 +78,17 @@ void Film::start(ThreadGroup& threads) {
 }
 
 bool Film::add(std::int64_t frame, std::shared_ptr<const sim::Snapshot> snapshot) {
-    return states_.push({frame, std::move(snapshot)});
+    observe(*snapshot);
+    if (frame < settings_.first_frame) {
+        return true;
+    }
+    return states_.push({frame, std::move(snapshot), note_taker_.notes()});
+}
+
+void Film::observe(const sim::Snapshot& snapshot) {
+    if (note_taker_.is_needed()) {
+        note_taker_.observe(snapshot);
+    }
 }
 
 std::int64_t Film::frames_done() const {
@@ -102,11 +125,12 @@ std::shared_ptr<const Image> Film::kept_picture(std::int64_t frame) const {
 void Film::draw_frames() {
     // The OpenGL context belongs to this thread.
     Renderer renderer(scene_, scene_.output.width, scene_.output.height);
+    Overlay overlay(scene_);
     while (const std::optional<State> state = states_.pop()) {
         std::shared_ptr<const Image> image = kept_picture(state->frame);
         const bool is_kept = image != nullptr;
         if (!is_kept) {
-            image = std::make_shared<const Image>(renderer.draw(*state->snapshot));
+            image = std::make_shared<const Image>(draw_frame(renderer, overlay, *state->snapshot, *state->notes));
         }
         const Picture picture{state->frame, image, is_kept};
         if (settings_.write_png) {

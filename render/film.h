@@ -7,6 +7,7 @@
 /// The queues between them are short: memory does not grow with the length of the film.
 #include "render/bounded_queue.h"
 #include "render/image.h"
+#include "render/notes.h"
 #include "render/thread_group.h"
 #include "render/video_writer.h"
 #include "sim/file_io.h"
@@ -33,6 +34,7 @@ struct FilmSettings {
     bool write_png = true;
     bool write_video = true;  ///< folder / <scene>.mp4
     bool keep_frames = false; ///< a frame whose file is there is read, not drawn again
+    std::int64_t first_frame = 0; ///< frames before it are seen, for what later ones show of them, but not drawn
 };
 
 class Film {
@@ -47,6 +49,10 @@ public:
     /// The state shown by the next frame: `frame` ascends by 1 from call to call. Waits while the drawing is
     /// behind. False once the group stops.
     bool add(std::int64_t frame, std::shared_ptr<const sim::Snapshot> snapshot);
+    /// A state between frames, for curves and paths.
+    void observe(const sim::Snapshot& snapshot);
+    /// True if frames show something of the states before them, which then must be observed.
+    bool shows_past() const { return note_taker_.is_needed(); }
 
     /// No more frames come.
     void close() { states_.close(); }
@@ -61,6 +67,7 @@ private:
     struct State {
         std::int64_t frame = 0;
         std::shared_ptr<const sim::Snapshot> snapshot;
+        std::shared_ptr<const Notes> notes;
     };
     struct Picture {
         std::int64_t frame = 0;
@@ -75,6 +82,7 @@ private:
 
     const sim::SceneDef& scene_;
     FilmSettings settings_;
+    NoteTaker note_taker_; // of the thread that adds
     BoundedQueue<State> states_;
     BoundedQueue<Picture> for_png_;
     BoundedQueue<Picture> for_video_;

@@ -137,13 +137,14 @@ double thread_ms() {
 
 struct Renderer::Impl {
     GlContext context; // first: it outlives all names below
-    const sim::SceneDef scene;
+    sim::SceneDef scene; // a copy: colours may change
     const sim::CameraDef camera;
     Viewport viewport;
     SceneGeometry geometry;
     std::string constants; ///< of all shaders
     bool measures_times;
     RenderTimes times;
+    glm::mat4 clip_from_world{1.0f}; // of the last picture
 
     GlBuffer instances;
     GlBuffer frame_block;
@@ -262,6 +263,7 @@ struct Renderer::Impl {
         };
         const DrawList list = make_draw_list(scene, geometry, camera, snapshot, viewport);
         times.list = lap();
+        clip_from_world = list.camera.clip_from_world;
         upload_frame(list);
         draw_shadow_map(list);
         times.shadow = lap();
@@ -453,6 +455,25 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 Image Renderer::draw(const sim::Snapshot& snapshot) {
     return impl_->draw(snapshot);
+}
+
+void Renderer::set_colors(std::span<const sim::Vec3> colors) {
+    CHECK(colors.size() == impl_->scene.bodies.size());
+    for (std::size_t i = 0; i < colors.size(); ++i) {
+        sim::LookDef& look = impl_->scene.bodies[i].look;
+        look.color = colors[i];
+    }
+}
+
+DepthPicture Renderer::depth() const {
+    DepthPicture picture;
+    picture.width = impl_->viewport.width;
+    picture.height = impl_->viewport.height;
+    picture.depth.resize(static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height));
+    picture.clip_from_world = impl_->clip_from_world;
+    glReadPixels(0, 0, picture.width, picture.height, GL_DEPTH_COMPONENT, GL_FLOAT, picture.depth.data());
+    impl_->context.check("reading depths");
+    return picture;
 }
 
 const RenderTimes& Renderer::times() const {

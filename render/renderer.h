@@ -1,10 +1,12 @@
 #pragma once
 /// Draws snapshots of one scene into pictures, offscreen and in software.
+#include "render/depth_picture.h"
 #include "render/image.h"
 #include "sim/scene_def.h"
 #include "sim/snapshot.h"
 
 #include <memory>
+#include <span>
 #include <string>
 
 namespace render {
@@ -39,6 +41,12 @@ public:
     /// The mean of `count` >= 1 pictures over the time `shutter` [s] around the snapshot: what moves is
     /// blurred. Bodies keep the snapshot's velocities meanwhile. Light is averaged, not display values.
     Image draw_blurred(const sim::Snapshot& snapshot, double shutter, int count);
+
+    /// Colours [body_count], linear RGB, of the pictures from now on, instead of the scene's.
+    void set_colors(std::span<const sim::Vec3> colors);
+
+    /// Of the last picture. Throws Error (io) if OpenGL fails.
+    DepthPicture depth() const;
 
     /// Of the last picture; the passes are told apart only with measures_times.
     const RenderTimes& times() const;

@@ -63,6 +63,26 @@ std::string assign_number(const char* key, const char* option, const std::string
     return fmt::format("{}={}", key, value);
 }
 
+// A text in TOML.
+std::string toml_text(std::string_view text) {
+    std::string result = "\"";
+    for (const char letter : text) {
+        result += letter == '"' || letter == '\\' ? std::string("\\") + letter : std::string(1, letter);
+    }
+    return result + "\"";
+}
+
+// "a,b" -> ["a", "b"].
+std::string toml_list(std::string_view words) {
+    std::string list;
+    while (!words.empty()) {
+        const std::size_t end = std::min(words.find(','), words.size());
+        list += (list.empty() ? "" : ", ") + toml_text(words.substr(0, end));
+        words.remove_prefix(std::min(end + 1, words.size()));
+    }
+    return "[" + list + "]";
+}
+
 } // namespace
 
 void add_options(CLI::App& verb, Options& options, Changes changes) {
@@ -71,6 +91,12 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
     verb.add_option("--fps", options.fps, "Frames a second: a number or a fraction such as 24000/1001")
         ->type_name("N");
     verb.add_option("--duration", options.duration, "Length of the film [s]")->type_name("S");
+    verb.add_option("--camera", options.camera, "Name of the camera")->type_name("NAME");
+    verb.add_option("--show", options.show,
+                    "Over the picture, such as time,points,impulses; none: nothing; see overlay.show")
+        ->type_name("WORDS");
+    verb.add_option("--color-by", options.color_by, "look, material, body, speed, contacts or impulse")
+        ->type_name("WORD");
     if (changes == Changes::everything) {
         verb.add_option("--time-step", options.time_step, "Time step h [s]")->type_name("S");
         verb.add_option("--tolerance", options.tolerance, "Largest gap error and overlap [m]")
@@ -141,6 +167,15 @@ std::vector<std::string> overrides_of(const Options& options) {
     if (!options.tolerance.empty()) {
         overrides.push_back(assign_number("simulation.tolerance", "--tolerance", options.tolerance,
                                           "a number of metres > 0"));
+    }
+    if (!options.camera.empty()) {
+        overrides.push_back("output.camera=" + toml_text(options.camera));
+    }
+    if (!options.show.empty()) {
+        overrides.push_back("overlay.show=" + (options.show == "none" ? "[]" : toml_list(options.show)));
+    }
+    if (!options.color_by.empty()) {
+        overrides.push_back("overlay.color_by=" + toml_text(options.color_by));
     }
     if (!options.record_every.empty()) {
         overrides.push_back(assign_integer("output.record_every", "--record-every", options.record_every,

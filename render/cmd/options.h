@@ -22,6 +22,9 @@ struct Options {
     std::string time_step;                ///< [s]
     std::string tolerance;                ///< [m]
     std::string record_every;             ///< [steps]
+    std::string camera;                   ///< name
+    std::string show;                     ///< "time,points": words of overlay.show; "none"
+    std::string color_by;                 ///< word of overlay.color_by
     std::vector<std::string> assignments; ///< "dotted.key=value"
     int threads = 0;                      ///< of the simulation; 0: one a core
     bool no_video = false;

@@ -38,6 +38,12 @@ sim::SceneDef scene_of(const sim::TrajectoryReader& trajectory, const std::strin
         throw Error(ExitCode::usage, fmt::format("{} has {} bodies, its scene {}", path,
                                                  info.body_names.size(), scene.bodies.size()));
     }
+    if (sim::contacts_shown(scene) > trajectory.contacts()) {
+        throw Error(ExitCode::usage,
+                    fmt::format("{} has not recorded the contacts that the pictures are to show; simulate again "
+                                "with the same settings of overlay and plot",
+                                path));
+    }
     return scene;
 }
 
@@ -100,13 +106,18 @@ void render_trajectory(const Options& options) {
     render::Film film(scene, {.folder = workplace.folder(),
                               .write_png = !options.no_png,
                               .write_video = has_video,
-                              .keep_frames = options.is_resumed});
+                              .keep_frames = options.is_resumed,
+                              .first_frame = frames.begin});
     {
         render::ThreadGroup threads; // ends before what its threads use
         film.start(threads);
         threads.start([&] {
-            for (std::int64_t frame = frames.begin; frame < frames.end; ++frame) {
+            std::size_t next = film.shows_past() ? 0 : records[static_cast<std::size_t>(frames.begin)];
+            for (std::int64_t frame = film.shows_past() ? 0 : frames.begin; frame < frames.end; ++frame) {
                 const std::size_t record = records[static_cast<std::size_t>(frame)];
+                for (; next < record; ++next) {
+                    film.observe(trajectory.read(next));
+                }
                 auto snapshot = std::make_shared<const sim::Snapshot>(trajectory.read(record));
                 if (!film.add(frame, std::move(snapshot))) {
                     return;

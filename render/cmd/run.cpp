@@ -76,7 +76,10 @@ void run_slice(const sim::SceneDef& scene, const fs::path& folder, const Options
     sim::World world(scene, thread_count(options));
     const Workplace workplace(folder, Sharing::with_slices);
     prepare_frames(workplace, scene, true);
-    render::Film film(scene, {.folder = folder, .write_video = false, .keep_frames = options.is_resumed});
+    render::Film film(scene, {.folder = folder,
+                              .write_video = false,
+                              .keep_frames = options.is_resumed,
+                              .first_frame = frames.begin});
     Simulation simulation(scene, std::move(world), &film);
     simulation.restrict_to(frames);
     work(simulation, &film, frames, scene.name, workplace, options.is_quiet);

@@ -15,7 +15,7 @@ std::int64_t step_count_of(const sim::SceneDef& scene) {
 
 Simulation::Simulation(const sim::SceneDef& scene, sim::World world, render::Film* film)
     : scene_(scene), world_(std::move(world)), film_(film), frames_{0, frame_count_of(scene)},
-      last_step_(step_count_of(scene)) {}
+      last_step_(step_count_of(scene)), contacts_(sim::contacts_shown(scene)) {}
 
 void Simulation::restrict_to(const FrameRange& frames) {
     frames_ = frames;
@@ -60,13 +60,16 @@ bool Simulation::record_state() {
     if (!is_record && !is_frame_now()) {
         return true;
     }
-    const auto snapshot = std::make_shared<const sim::Snapshot>(world_.take_snapshot());
+    const auto snapshot = std::make_shared<const sim::Snapshot>(world_.take_snapshot(contacts_));
     if (is_record && trajectory_) {
         trajectory_->append(*snapshot);
     }
+    if (is_record && film_ != nullptr) {
+        film_->observe(*snapshot);
+    }
     // A step longer than a frame is shown by several.
     for (; is_frame_now(); ++next_frame_) {
-        if (film_ != nullptr && next_frame_ >= frames_.begin && !film_->add(next_frame_, snapshot)) {
+        if (film_ != nullptr && !film_->add(next_frame_, snapshot)) {
             return false;
         }
     }

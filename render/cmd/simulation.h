@@ -24,8 +24,8 @@ public:
     Simulation(const sim::SceneDef& scene, sim::World world, render::Film* film);
 
     /// All states are recorded in `path` too. Throws Error (io).
-    void record_to(const std::filesystem::path& path) { trajectory_.emplace(path, scene_); }
-    /// Only these frames go to the film, and the simulation ends with the last of them.
+    void record_to(const std::filesystem::path& path) { trajectory_.emplace(path, scene_, contacts_); }
+    /// The film begins with the first of these frames, and the simulation ends with the last of them.
     void restrict_to(const FrameRange& frames);
 
     /// The thread's work: all steps, or as many as are made until the group stops. Throws Error.
@@ -46,6 +46,7 @@ private:
     std::optional<sim::TrajectoryWriter> trajectory_;
     FrameRange frames_;
     std::int64_t last_step_;
+    sim::ContactDetail contacts_; ///< that the pictures show
     std::int64_t next_frame_ = 0;
     sim::Summary summary_;
     std::atomic<std::int64_t> steps_done_ = 0;

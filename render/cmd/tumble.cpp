@@ -17,8 +17,10 @@ using sim::ExitCode;
 constexpr const char* examples = R"(Examples:
   tumble run scenes/funnel.toml                     out/funnel/: frames, film, trajectory, summary
   tumble run scenes/*.toml --size 640x360 --fps 30  all scenes, small
-  tumble render out/funnel/trajectory.h5 --set output.camera=top
+  tumble render out/funnel/trajectory.h5 --camera top
                                                     another view without simulating again
+  tumble run scenes/funnel.toml --show time,points,impulses --color-by speed
+                                                    contacts as dots and arrows, speed in colours
   tumble compare before/funnel out/funnel --report out/report
                                                     two runs, frame by frame
 )";

@@ -1,0 +1,184 @@
+#include "render/overlay.h"
+#include "render/palette.h"
+#include "render/renderer.h"
+#include "tests/render/sample_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+using namespace render;
+
+namespace {
+
+constexpr int width = 320;
+constexpr int height = 240;
+
+/// A cube of 2 m on the floor, seen from the side.
+sim::SceneDef cube_scene() {
+    sim::SceneDef scene;
+    sample::add_floor(scene);
+    scene.bodies.push_back(sample::body(sim::Box{{1, 1, 1}}, {sim::Vec3(0, 0, 1), sim::Quat::Identity()},
+                                        sim::Vec3(0.3, 0.3, 0.3)));
+    scene.bodies.back().mass.mass = 1.0;
+    sample::set_camera(scene, {0, -10, 1}, {0, 0, 1}, 40.0);
+    return scene;
+}
+
+void show(sim::SceneDef& scene, sim::Shown what) {
+    scene.overlay.show[static_cast<std::size_t>(what)] = true;
+}
+
+sim::ContactSnapshot contact_at(float x, float y, float z, bool is_sticking) {
+    return {{0, 1}, {x, y, z}, -Eigen::Vector3f::UnitZ(), {0, 0, -1}, is_sticking};
+}
+
+glm::vec3 pixel(const Image& image, int x, int y) {
+    const std::uint8_t* rgb = &image.rgb[3 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x))];
+    return glm::vec3(rgb[0], rgb[1], rgb[2]) / 255.0f;
+}
+
+/// The picture with its overlay, and without.
+struct Pair {
+    Image plain;
+    Image drawn;
+};
+Pair draw(const sim::SceneDef& scene, const sim::Snapshot& snapshot) {
+    Renderer renderer(scene, width, height);
+    Overlay overlay(scene);
+    Pair pair{renderer.draw(snapshot), {}};
+    pair.drawn = pair.plain;
+    overlay.draw(pair.drawn, snapshot, {}, renderer.depth());
+    return pair;
+}
+
+} // namespace
+
+TEST(overlay, nothing_asked_for_changes_nothing) {
+    const sim::SceneDef scene = cube_scene();
+    EXPECT_FALSE(Overlay(scene).is_needed());
+    sim::Snapshot snapshot = sample::start(scene);
+    snapshot.contacts = {contact_at(0, -1, 1, true)};
+    const Pair pair = draw(scene, snapshot);
+    EXPECT_EQ(pair.plain.rgb, pair.drawn.rgb);
+}
+
+// The view is 2 * 9 * tan(20 degrees) = 6.551 m high at the cube's front, so 1 m is 36.63 px there.
+TEST(overlay, contacts_lie_where_perspective_says_in_the_colours_of_sticking_and_sliding) {
+    sim::SceneDef scene = cube_scene();
+    show(scene, sim::Shown::points);
+    sim::Snapshot snapshot = sample::start(scene);
+    snapshot.contacts = {contact_at(-0.5f, -1, 1.25f, true), contact_at(0.5f, -1, 1.25f, false)};
+    const Pair pair = draw(scene, snapshot);
+    const int y = static_cast<int>(height / 2 - 0.25 * 36.63);
+    const int x = static_cast<int>(0.5 * 36.63);
+    EXPECT_LT(glm::length(pixel(pair.drawn, width / 2 - x, y) - category_color(1)), 0.02f);
+    EXPECT_LT(glm::length(pixel(pair.drawn, width / 2 + x, y) - category_color(5)), 0.02f);
+    EXPECT_EQ(pixel(pair.drawn, width / 2, y), pixel(pair.plain, width / 2, y));
+}
+
+TEST(overlay, contacts_behind_a_body_are_faint) {
+    sim::SceneDef scene = cube_scene();
+    show(scene, sim::Shown::points);
+    sim::Snapshot snapshot = sample::start(scene);
+    snapshot.contacts = {contact_at(0, 1, 1, true)};
+    const Pair pair = draw(scene, snapshot);
+    const glm::vec3 before = pixel(pair.plain, width / 2, height / 2);
+    const glm::vec3 after = pixel(pair.drawn, width / 2, height / 2);
+    EXPECT_GT(glm::length(after - before), 0.02f);
+    EXPECT_LT(glm::length(after - before), 0.65f * glm::length(category_color(1) - before));
+}
+
+TEST(overlay, impulses_point_the_way_the_moving_body_is_pushed) {
+    sim::SceneDef scene = cube_scene();
+    show(scene, sim::Shown::impulses);
+    scene.overlay.arrow_scale = 1.0;
+    sim::Snapshot snapshot = sample::start(scene);
+    snapshot.contacts = {contact_at(0, -1, 1, true)}; // 1 N s down on the floor, up on the cube
+    const Pair pair = draw(scene, snapshot);
+    EXPECT_GT(glm::length(pixel(pair.drawn, width / 2, height / 2 - 20) - pixel(pair.plain, width / 2, height / 2 - 20)),
+              0.1f);
+    EXPECT_EQ(pixel(pair.drawn, width / 2, height / 2 + 20), pixel(pair.plain, width / 2, height / 2 + 20));
+}
+
+TEST(overlay, a_contact_behind_the_camera_is_left_out) {
+    sim::SceneDef scene = cube_scene();
+    show(scene, sim::Shown::normals);
+    sim::Snapshot snapshot = sample::start(scene);
+    snapshot.contacts = {contact_at(0, -11, 1, true)};
+    const Pair pair = draw(scene, snapshot);
+    EXPECT_EQ(pair.plain.rgb, pair.drawn.rgb);
+}
+
+TEST(overlay, same_state_gives_the_same_bytes) {
+    sim::SceneDef scene = cube_scene();
+    scene.title = "A cube";
+    for (int i = 0; i < sim::shown_count; ++i) {
+        scene.overlay.show[static_cast<std::size_t>(i)] = true;
+    }
+    scene.plots.push_back({.title = "", .quantity = sim::PlotQuantity::energy, .bodies = {}, .range = {}});
+    sim::Snapshot snapshot = sample::start(scene);
+    snapshot.contacts = {contact_at(-0.5f, -1, 1.25f, true), contact_at(0.5f, -1, 1.25f, false)};
+    NoteTaker taker(scene);
+    taker.observe(snapshot);
+    Renderer renderer(scene, width, height);
+    Image images[2];
+    for (Image& image : images) {
+        image = renderer.draw(snapshot);
+        Overlay overlay(scene);
+        overlay.draw(image, snapshot, *taker.notes(), renderer.depth());
+    }
+    EXPECT_EQ(images[0].rgb, images[1].rgb);
+}
+
+TEST(body_colors, speeds_are_on_the_scale_and_what_stands_keeps_its_look) {
+    sim::SceneDef scene = cube_scene();
+    scene.overlay.color_by = sim::ColorBy::speed;
+    scene.overlay.color_range = {{0.0, 10.0}};
+    const BodyColors colors(scene);
+    sim::Snapshot snapshot = sample::start(scene);
+    snapshot.bodies[1].velocity = sim::Vec3(3, 4, 0);
+    const std::vector<sim::Vec3> found = colors.of(snapshot);
+    const glm::vec3 middle = linear_from_display(scale_color(0.5f));
+    EXPECT_EQ(found[0], scene.bodies[0].look.color);
+    EXPECT_NEAR(found[1].y(), static_cast<double>(middle.y), 1e-6);
+}
+
+TEST(body_colors, loads_and_contacts_are_summed_over_a_body) {
+    sim::SceneDef scene = cube_scene();
+    sim::Snapshot snapshot = sample::start(scene);
+    snapshot.contacts = {contact_at(0, 0, 0, true), contact_at(1, 0, 0, true)};
+    for (const auto& [by, sum] : {std::pair{sim::ColorBy::contacts, 2.0}, {sim::ColorBy::impulse, 2.0}}) {
+        scene.overlay.color_by = by;
+        scene.overlay.color_range = {{0.0, 2.0 * sum}};
+        const glm::vec3 middle = linear_from_display(scale_color(0.5f));
+        EXPECT_NEAR(BodyColors(scene).of(snapshot)[1].x(), static_cast<double>(middle.x), 1e-6);
+    }
+}
+
+TEST(body_colors, equal_materials_share_a_colour_and_a_line_of_the_legend) {
+    sim::SceneDef scene = cube_scene();
+    for (const double mu : {0.1, 0.4, 0.1}) {
+        scene.bodies.push_back(scene.bodies[1]);
+        scene.bodies.back().material = {0.5, mu, mu};
+    }
+    scene.overlay.color_by = sim::ColorBy::material;
+    const BodyColors colors(scene);
+    const std::vector<sim::Vec3> found = colors.of(sample::start(scene));
+    EXPECT_EQ(found[2], found[4]);
+    EXPECT_NE(found[2], found[3]);
+    ASSERT_EQ(colors.entries().size(), 3u);
+    EXPECT_EQ(colors.entries()[1].text, "e 0.5  \u03bc 0.1");
+}
+
+// Brightness rises along the scale, so that it can be read without seeing hues; the categories differ in it or
+// in blueness.
+TEST(palette, scale_rises_in_lightness_throughout) {
+    const auto lightness = [](const glm::vec3& display) {
+        return glm::dot(linear_from_display(display), glm::vec3(0.2126f, 0.7152f, 0.0722f));
+    };
+    for (int i = 0; i < 64; ++i) {
+        EXPECT_LT(lightness(scale_color(static_cast<float>(i) / 64)), lightness(scale_color(static_cast<float>(i + 1) / 64)));
+    }
+    EXPECT_NEAR(display_from_linear(linear_from_display(glm::vec3(0.3f)))[1], 0.3f, 1e-6f);
+}
