@@ -102,7 +102,7 @@ void ContactBlocks::arrange(const Bodies& bodies) {
         }
         places.push_back({colour, padded_count(block.count), i});
     }
-    std::ranges::sort(places, {}, [](const Place& p) { return std::tuple(p.colour, p.count, p.block); });
+    std::ranges::stable_sort(places, {}, [](const Place& p) { return 16 * p.colour + p.count; });
     batches.clear();
     batch_points.clear();
     for (std::size_t first = 0; first < places.size();) {

@@ -23,10 +23,11 @@ Vec3 tangent_of(const Vec3& n) {
     return n.cross(Vec3::Unit(axis)).normalized();
 }
 
-/// Adds a body's share to the response of a block: K and its angular parts, world frame.
+/// Adds a body's share to the response of a block: K and its angular parts. inverse_inertia and r in the block's
+/// frame.
 void add_response(Mat6& response, double inverse_mass, const Mat3& inverse_inertia, const Vec3& r) {
     const Mat3 turn = inverse_inertia * cross_matrix(r);
-    response.topLeftCorner<3, 3>() += sim::response(inverse_mass, inverse_inertia, r, r);
+    response.topLeftCorner<3, 3>() += inverse_mass * Mat3::Identity() - cross_matrix(r) * turn;
     response.bottomLeftCorner<3, 3>() += turn;
     response.topRightCorner<3, 3>() += turn.transpose();
     response.bottomRightCorner<3, 3>() += inverse_inertia;
@@ -49,12 +50,17 @@ double largest_eigenvalue(const Mat2& k) {
 } // namespace
 
 Mat6 block_response(const ContactBlock& block, const Bodies& bodies, bool hold_a, bool hold_b) {
-    Mat6 world = Mat6::Zero();
+    Mat6 response = Mat6::Zero();
     const auto add = [&](int body, const Vec3& r) {
         const auto i = static_cast<std::size_t>(body);
-        if (!bodies.props[i].is_static()) {
-            add_response(world, bodies.props[i].inverse_mass, bodies.inverse_inertia[i], r);
+        if (bodies.props[i].is_static()) {
+            return;
         }
+        const Mat3& inertia = bodies.inverse_inertia[i];
+        const Mat3 turned = bodies.props[i].inertia_kind == InertiaKind::spherical
+                                ? inertia
+                                : Mat3(block.frame.transpose() * inertia * block.frame);
+        add_response(response, bodies.props[i].inverse_mass, turned, block.frame.transpose() * r);
     };
     if (!hold_a) {
         add(block.a, block.r_a);
@@ -62,14 +68,7 @@ Mat6 block_response(const ContactBlock& block, const Bodies& bodies, bool hold_a
     if (!hold_b) {
         add(block.b, block.r_b);
     }
-    Mat6 local;
-    for (int i = 0; i < 2; ++i) {
-        for (int j = 0; j < 2; ++j) {
-            local.block<3, 3>(3 * i, 3 * j) =
-                block.frame.transpose() * world.block<3, 3>(3 * i, 3 * j) * block.frame;
-        }
-    }
-    return local;
+    return response;
 }
 
 PairMaterial pair_material(const BodyProps& a, const BodyProps& b) {

@@ -27,7 +27,7 @@ constexpr double iteration_share = 0.5;
 
 /// Where a loose tolerance is met, sweeps go on, so many at most, until the changes are this share [-] of the first
 /// one, or slower than this [m/s]: a heap at rest comes to rest over the steps, at little cost.
-constexpr int settling_sweeps = 4;
+constexpr int settling_sweeps = 8;
 constexpr double settling_share = 0.1;
 constexpr double settled_change = 5e-5;
 
@@ -80,10 +80,11 @@ Vec3 relative_gravity(const Bodies& bodies, const Manifold& manifold, const Step
 
 } // namespace
 
-void match_memory(const std::vector<ContactMemory>& old, PairContacts& pair, double reach) {
+void match_memory(std::span<const ContactMemory> old, PairContacts& pair, double reach) {
     const std::vector<Contact>& contacts = pair.manifold.contacts;
     pair.memory.assign(contacts.size(), {});
-    std::vector<char> used(old.size(), 0);
+    std::uint64_t used = 0; // a bit for each of the old ones; more than 64 are found by their ids only
+    const auto is_used = [&](std::size_t j) { return j < 64 && (used >> j & 1u) != 0; };
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         pair.memory[i].id = contacts[i].feature.id;
         pair.memory[i].core_a = contacts[i].feature.core_a;
@@ -93,22 +94,28 @@ void match_memory(const std::vector<ContactMemory>& old, PairContacts& pair, dou
         pair.memory[i] = old[j];
         pair.memory[i].id = fresh.id;
         pair.memory[i].core_a = fresh.core_a;
-        used[j] = 1;
+        used |= j < 64 ? std::uint64_t{1} << j : 0;
     };
-    std::vector<std::size_t> unmatched;
+    std::uint64_t matched = 0;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         std::size_t j = 0;
-        while (j < old.size() && (used[j] != 0 || old[j].id != contacts[i].feature.id)) {
+        while (j < old.size() && (is_used(j) || old[j].id != contacts[i].feature.id)) {
             ++j;
         }
-        j < old.size() ? take(i, j) : unmatched.push_back(i);
+        if (j < old.size()) {
+            take(i, j);
+            matched |= i < 64 ? std::uint64_t{1} << i : 0;
+        }
     }
-    for (const std::size_t i : unmatched) {
+    for (std::size_t i = 0; i < std::min<std::size_t>(contacts.size(), 64); ++i) {
+        if ((matched >> i & 1u) != 0) {
+            continue;
+        }
         std::size_t nearest = old.size();
         double distance = reach;
-        for (std::size_t j = 0; j < old.size(); ++j) {
+        for (std::size_t j = 0; j < std::min<std::size_t>(old.size(), 64); ++j) {
             const double d = (old[j].core_a - contacts[i].feature.core_a).norm();
-            if (used[j] == 0 && d < distance) {
+            if (!is_used(j) && d < distance) {
                 nearest = j;
                 distance = d;
             }

@@ -32,7 +32,7 @@ struct PairContacts {
 
 /// Takes over, contact by contact, what `old` remembered: by feature id, else the nearest core within `reach`
 /// [m].
-void match_memory(const std::vector<ContactMemory>& old, PairContacts& pair, double reach);
+void match_memory(std::span<const ContactMemory> old, PairContacts& pair, double reach);
 
 /// Adds to the velocities before the next impulses what they lack to be those at the instant: the owed share
 /// of the impulses remembered, at the present contact points. Only pairs with a body in `only` [body_count]

@@ -211,9 +211,10 @@ void WorldState::find_pair_contacts(std::size_t k, std::vector<Contact>& contact
     pair.manifold.contacts = contacts;
     pair.manifold.body_a = candidate.a;
     pair.manifold.body_b = candidate.b;
-    pair.material = pair_material(bodies.props[a], bodies.props[b]);
     const std::size_t old = pair_index(candidate);
-    match_memory(old < pairs.size() ? pairs[old].memory : std::vector<ContactMemory>{}, pair,
+    const bool is_known = old < pairs.size();
+    pair.material = is_known ? pairs[old].material : pair_material(bodies.props[a], bodies.props[b]);
+    match_memory(is_known ? std::span<const ContactMemory>(pairs[old].memory) : std::span<const ContactMemory>{}, pair,
                  reach_of(candidate));
 }
 
