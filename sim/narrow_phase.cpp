@@ -52,6 +52,9 @@ struct Collector {
     double separation = std::numeric_limits<double>::infinity();
 
     void add(const ContactFeature& feature, const Pose& a, const Pose& b) {
+        add(feature, PlacedBody(a), PlacedBody(b));
+    }
+    void add(const ContactFeature& feature, const PlacedBody& a, const PlacedBody& b) {
         const ContactGeometry at = contact_geometry(feature, a, b);
         separation = std::min(separation, at.gap);
         if (contacts != nullptr && at.gap <= margin) {
@@ -128,19 +131,21 @@ ContactFeature plane_feature(const Vec3& core_body, double radius, bool plane_is
 /// Every part of a bounded shape against a half space.
 void against_plane(const Shape& shape, const Pose& pose_a, const Pose& pose_b, bool plane_is_b,
                    Collector& out) {
+    const PlacedBody placed_a(pose_a);
+    const PlacedBody placed_b(pose_b);
     std::uint64_t part_index = 0;
     for_each_part(shape, [&](const PrimitiveShape& part, const Pose& body_from_part) {
         const std::uint64_t id_base = part_index++ << part_id_shift;
         if (const auto* sphere = std::get_if<Sphere>(&part)) {
-            out.add(plane_feature(body_from_part.position, sphere->radius, plane_is_b, id_base), pose_a,
-                    pose_b);
+            out.add(plane_feature(body_from_part.position, sphere->radius, plane_is_b, id_base), placed_a,
+                    placed_b);
             return;
         }
         const Vec3& half = std::get<Box>(part).half_extents;
         for (unsigned corner = 0; corner < 8; ++corner) {
             const Vec3 x((corner & 1u) != 0 ? half.x() : -half.x(), (corner & 2u) != 0 ? half.y() : -half.y(),
                          (corner & 4u) != 0 ? half.z() : -half.z());
-            out.add(plane_feature(body_from_part * x, 0.0, plane_is_b, id_base + corner), pose_a, pose_b);
+            out.add(plane_feature(body_from_part * x, 0.0, plane_is_b, id_base + corner), placed_a, placed_b);
         }
     });
 }

@@ -106,10 +106,27 @@ void WorldState::find_candidates() {
         boxes[i].upper += margin;
     }
     broad_phase.find_pairs(boxes, candidates);
-    std::erase_if(candidates,
-                  [&](const BodyPair& pair) { return std::ranges::binary_search(jointed, pair); });
+    std::erase_if(candidates, [&](const BodyPair& pair) {
+        return std::ranges::binary_search(jointed, pair) || is_far_from_plane(pair);
+    });
     check_all = true;
     axes_known = false;
+}
+
+/// Is one of the pair a plane that the other stays apart from? The boxes of planes tell nothing.
+bool WorldState::is_far_from_plane(const BodyPair& pair) const {
+    auto plane = static_cast<std::size_t>(pair.a);
+    auto other = static_cast<std::size_t>(pair.b);
+    if (!std::holds_alternative<Plane>(bodies.props[plane].shape)) {
+        std::swap(plane, other);
+    }
+    if (!std::holds_alternative<Plane>(bodies.props[plane].shape)) {
+        return false;
+    }
+    const Vec3 normal = bodies.pose[plane].orientation * Vec3::UnitZ();
+    const double height = normal.dot(bodies.pose[other].position - bodies.pose[plane].position);
+    return height > bodies.props[other].bounding_radius + searched_reach[plane] + searched_reach[other] +
+                        margin_tolerances * settings.tolerance;
 }
 
 bool WorldState::are_boxes(const BodyPair& pair) const {

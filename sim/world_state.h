@@ -43,6 +43,7 @@ struct WorldState {
     void find_candidates();
     void find_pair_contacts(std::size_t k, std::vector<Contact>& contacts, PairContacts& pair) const;
     void update_axes(std::span<const Pose> poses, std::vector<char>& moved);
+    bool is_far_from_plane(const BodyPair& pair) const;
     bool are_boxes(const BodyPair& pair) const;
     void check_pairs();
     void replace_contacts(std::size_t index, const std::vector<Contact>& contacts);
