@@ -350,7 +350,7 @@ LANES_INLINE void Visit<N>::solve_friction() {
     }
     const Real weight = load(batch.node_weight);
     const Mask marked = load(batch.sticking) > 0.5;
-    const Real k_load = load(batch.k_t) * sum;
+    const Real per_k_load = 1.0 / (load(batch.k_t) * select(loaded, sum, one));
     const Real3 start = load3(batch.before);
     Real largest_of_rounds = zero;
     for (int round = 0; round < projection_rounds && any(slides); ++round) {
@@ -374,16 +374,16 @@ LANES_INLINE void Visit<N>::solve_friction() {
             const Real blend = moving / select(by_slip, one, moving + stopped);
             const Real v1 = select(by_slip, s1, s1 + blend * o1);
             const Real v2 = select(by_slip, s2, s2 + blend * o2);
-            const Real k_t = k_load / select(carries, p_n[k], one);
-            const Real per_k = 1.0 / k_t;
+            const Real per_k = p_n[k] * per_k_load; // 1 / (k_t load / p_n)
             const Real radius = mu * p_n[k];
             const Real stop1 = p_1[k] - s1 * per_k;
             const Real stop2 = p_2[k] - s2 * per_k;
             const Mask holds = stop1 * stop1 + stop2 * stop2 <= radius * radius;
             const Real q1 = p_1[k] - v1 * per_k;
             const Real q2 = p_2[k] - v2 * per_k;
-            const Real length = sqrt(q1 * q1 + q2 * q2);
-            const Real scale = select(length > 0.0, radius / select(length > 0.0, length, one), zero);
+            const Real square = q1 * q1 + q2 * q2;
+            const Mask moves = square > 0.0;
+            const Real scale = select(moves, radius / sqrt(select(moves, square, one)), zero);
             new_1[k] = select(carries, select(holds, stop1, q1 * scale), zero);
             new_2[k] = select(carries, select(holds, stop2, q2 * scale), zero);
         }

@@ -31,9 +31,10 @@ constexpr int settling_sweeps = 8;
 constexpr double settling_share = 0.1;
 constexpr double settled_change = 5e-5;
 
-/// Blocks are passed over while their bodies changed by less than this share [-] of the iteration's
-/// tolerance.
+/// Blocks are passed over while their bodies changed by less than this share [-] of the iteration's tolerance, and less
+/// than that share of the change of the sweep before.
 constexpr double skip_share = 0.2;
+constexpr double last_share = 0.05;
 
 /// Targets that a rigid motion misses by this share [-] of the iteration's tolerance are met on average.
 constexpr double slack_share = 0.1;
@@ -347,13 +348,16 @@ double ContactSolver::measure_block(const Bodies& bodies, const std::vector<Pair
 int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, bool& converged) {
     const double joint_tolerance = settings_.joint_tolerance / h_;
     int count = 0;
-    const double skip = joints_.empty() ? std::min(skip_share * tolerance, settled_change) : -1.0;
+    double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
     double settled = std::numeric_limits<double>::infinity(); // [m/s], once the first sweep has told
     int settling = 0;
     loop_.load_batches(bodies);
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = joints_.solve(velocity_);
+        const double skip =
+            joints_.empty() ? std::min(skip_share * tolerance, std::max(settled_change, last_share * last)) : -1.0;
         const double change = loop_.empty() ? 0.0 : loop_.sweep(velocity_, skip, slack_share * tolerance);
+        last = change;
         settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
         converged = change <= tolerance && (change <= settled || settling++ == settling_sweeps);
         converged =
