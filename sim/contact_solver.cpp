@@ -350,7 +350,6 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
     int count = 0;
     double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
     double settled = std::numeric_limits<double>::infinity(); // [m/s], once the first sweep has told
-    int settling = 0;
     loop_.load_batches(bodies);
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = joints_.solve(velocity_);
@@ -359,7 +358,7 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
         const double change = loop_.empty() ? 0.0 : loop_.sweep(velocity_, skip, slack_share * tolerance);
         last = change;
         settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
-        converged = change <= tolerance && (change <= settled || settling++ == settling_sweeps);
+        converged = change <= tolerance && (change <= settled || settling_++ >= settling_sweeps);
         converged =
             converged && (loop_.empty() || joints_.empty() || (count > 0 && missing <= joint_tolerance));
     }
@@ -411,7 +410,9 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     ContactSolveReport report;
     loop_.arrange(bodies);
     predict(bodies);
+    settling_ = 0;
     for (int outer = 0; outer < outer_limit && !(loop_.empty() && joints_.empty()); ++outer) {
+        const double residual_before = report.residual;
         report.residual = outer == 0 ? measure(bodies, pairs) : measure_again(bodies, pairs);
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, predicted_, velocity_, h_, step_share_);
@@ -423,7 +424,8 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             measured_ = velocity_;
         }
         const int left = settings_.iteration_limit - report.iterations;
-        if (left <= 0) {
+        // Where bodies turn so far that another linear solve makes it worse, only a shorter interval helps.
+        if (left <= 0 || (outer > 1 && report.residual > std::max(residual_before, settings_.tolerance))) {
             break;
         }
         const int budget =

@@ -104,6 +104,7 @@ private:
     StepSettings settings_;
     bool stop_at_impacts_ = false;
     double h_ = 0.0;
+    int settling_ = 0;                 ///< sweeps beyond the tolerance in this solve
     double iteration_tolerance_ = 0.0; ///< [m/s]
     double relaxation_ = 0.0; ///< share of a small gap closed in a whole step [-]
     double step_share_ = 1.0; ///< h_ as a share of a whole step [-]
