@@ -71,5 +71,11 @@ void render_trajectory(const Options& options);
 void join_frames(const Options& options);
 /// tumble check: reads and validates, prints what the scenes contain.
 void check_scenes(const Options& options);
+/// tumble scenes: a line for each scene of a folder.
+void list_scenes(const Options& options);
+/// tumble new: writes a commented scene to start from.
+void new_scene(const Options& options);
+/// tumble gallery: a page of all results in a folder.
+void write_gallery(const Options& options);
 
 } // namespace cmd

@@ -19,8 +19,8 @@ constexpr const char* drawing_program = "tumble-draw";
 [[noreturn]] void start_drawing_program(char** argv) {
     std::error_code error;
     const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-    const std::filesystem::path path = self.parent_path() / drawing_program;
-    ::execv(path.c_str(), argv);
+    const std::filesystem::path path = self.parent_path() / drawing_program; // its name alone where /proc is missing
+    ::execvp(path.c_str(), argv);
     throw sim::Error(sim::ExitCode::io, "cannot start " + path.string() + ": " + std::strerror(errno));
 }
 

@@ -2,6 +2,7 @@
 #include "render/cmd/compare.h"
 #include "render/cmd/films.h"
 #include "render/cmd/guard.h"
+#include "render/cmd/manual.h"
 #include "render/cmd/options.h"
 #include "sim/error.h"
 
@@ -13,6 +14,15 @@
 namespace {
 
 using sim::ExitCode;
+
+constexpr const char* short_help = R"(tumble simulates rigid bodies in contact and makes films of them.
+
+  tumble new first.toml       a scene to start from
+  tumble run first.toml       its film: out/first/first.mp4
+  tumble scenes               the scenes that came with the program
+
+All verbs and options: tumble --help, man tumble
+)";
 
 constexpr const char* examples = R"(Examples:
   tumble run scenes/funnel.toml                     out/funnel/: frames, film, trajectory, summary
@@ -30,6 +40,35 @@ CLI::App* add_verb(CLI::App& app, const char* name, const char* description, cmd
     CLI::App* verb = app.add_subcommand(name, description);
     cmd::add_options(*verb, options, changes);
     return verb;
+}
+
+/// What neither simulates nor draws.
+void add_other_verbs(CLI::App& app, cmd::Options& options) {
+    CLI::App* gallery = app.add_subcommand("gallery", "One page of all results in a folder: DIR/index.html");
+    gallery->add_option("DIR", options.out, "Folder of runs and reports; out/ if not given")->type_name("");
+    gallery->add_flag("--quiet", options.is_quiet, "Only errors are printed");
+    gallery->final_callback([&options] {
+        options.out = options.out.empty() ? "out" : options.out;
+        cmd::write_gallery(options);
+    });
+    CLI::App* scenes_verb = app.add_subcommand("scenes", "A line for each scene of a folder");
+    scenes_verb->add_option("DIR", options.inputs, "Folder; scenes/, or those installed, if not given")
+        ->type_name("")
+        ->expected(0, 1);
+    scenes_verb->final_callback([&options] { cmd::list_scenes(options); });
+    CLI::App* new_verb = app.add_subcommand("new", "Writes a commented scene to start from");
+    new_verb->add_option("FILE", options.inputs, "A name that ends in .toml")
+        ->required()
+        ->type_name("")
+        ->expected(1);
+    new_verb->add_flag("--quiet", options.is_quiet, "Only errors are printed");
+    new_verb->final_callback([&options] { cmd::new_scene(options); });
+    app.add_subcommand("man", "Prints the manual page, for man -l -")->final_callback([&app] {
+        std::fputs(cmd::man_page(app).c_str(), stdout);
+    });
+    app.add_subcommand("completion", "Prints the completion for bash")->final_callback([&app] {
+        std::fputs(cmd::bash_completion(app).c_str(), stdout);
+    });
 }
 
 int run_program(int argc, char** argv) {
@@ -61,6 +100,7 @@ int run_program(int argc, char** argv) {
     scenes(
         add_verb(app, "check", "Read and validate only; print what the scene contains", options, everything),
         cmd::check_scenes);
+    add_other_verbs(app, options);
 
     cmd::CompareOptions comparison;
     int code = static_cast<int>(ExitCode::good);
@@ -74,7 +114,7 @@ int run_program(int argc, char** argv) {
     try {
         app.parse(argc, argv);
         if (app.get_subcommands().empty()) {
-            std::fputs(app.help().c_str(), stderr);
+            std::fputs(short_help, stderr);
             return static_cast<int>(ExitCode::usage);
         }
     } catch (const CLI::Success& help_or_version) {

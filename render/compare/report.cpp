@@ -267,6 +267,18 @@ void remove_report(const fs::path& folder) {
     fs::remove(manifest, error);
 }
 
+void write_manifest(const fs::path& folder, const std::vector<std::string>& names) {
+    Json files = Json::array();
+    for (const std::string& name : names) {
+        if (!name.empty()) {
+            const sim::WrittenFile file = sim::describe_file(folder, name);
+            files.push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+        }
+    }
+    const Json json = {{"version", 1}, {"files", std::move(files)}};
+    sim::write_file(folder / manifest_name, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
 void write_report(const fs::path& folder, const Comparison& comparison) {
     const std::string result = to_json(comparison);
     sim::write_file(folder / "result.json", result);
@@ -280,15 +292,7 @@ void write_report(const fs::path& folder, const Comparison& comparison) {
             names.insert(names.end(), {frame.reference_picture, frame.candidate_picture, frame.difference_picture});
         }
     }
-    Json files = Json::array();
-    for (const std::string& name : names) {
-        if (!name.empty()) {
-            const sim::WrittenFile file = sim::describe_file(folder, name);
-            files.push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
-        }
-    }
-    const Json json = {{"version", 1}, {"files", std::move(files)}};
-    sim::write_file(folder / manifest_name, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    write_manifest(folder, names);
 }
 
 } // namespace diff

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace diff {
 
@@ -21,6 +22,10 @@ std::string to_text(const Comparison& comparison);
 
 /// Removes the files of an earlier report, which its manifest lists. Throws Error (io).
 void remove_report(const std::filesystem::path& folder);
+
+/// folder / manifest.json: name, size and SHA-256 of the files, in this order; empty names are left out. Throws
+/// Error (io).
+void write_manifest(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 /// index.html, result.json, junit.xml, summary.md, and last manifest.json: size and SHA-256 of all files of the folder. The
 /// pictures are there already. Throws Error (io).

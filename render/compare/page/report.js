@@ -33,7 +33,8 @@ const inlined = new Map(Array.from(document.querySelectorAll('script.picture'), 
 const link_to = path => path.split('/').map(encodeURIComponent).join('/');
 function source_of(path) {
     const element = inlined.get(path);
-    return element ? 'data:image/png;base64,' + element.textContent : link_to(path);
+    const type = /\.jpe?g$/i.test(path) ? 'image/jpeg' : 'image/png';
+    return element ? `data:${type};base64,` + element.textContent : link_to(path);
 }
 const sides = ['reference', 'candidate', 'difference'];
 const picture_of = (frame, side) => frame[side + '_picture'];
@@ -306,7 +307,8 @@ function show_frame_place() {
             make('span', {class: 'tier ' + outcome(frame)}, signs[outcome(frame)] + ' '),
             `frame ${frame.index}`,
             make('span', {class: 'muted'}, `  ${state.frame + 1} of ${item.frames.length}`));
-    by_id('frame_message').textContent = frame.message;
+    // The table of gates says the same at length.
+    by_id('frame_message').textContent = frame.gates.length > 0 ? '' : frame.message;
     by_id('frame_before').disabled = state.frame === 0;
     by_id('frame_after').disabled = state.frame === item.frames.length - 1;
     for (const button of by_id('strip').children) {

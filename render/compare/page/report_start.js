@@ -86,24 +86,12 @@ function key_down(event) {
     }
 }
 
-// ---- theme
-const system_dark = matchMedia('(prefers-color-scheme: dark)');
-let chosen_theme = null;
-const set_theme = () => {
-    document.documentElement.dataset.theme = chosen_theme || (system_dark.matches ? 'dark' : 'light');
-};
-
 // ---- start
 function listen() {
     by_id('search').addEventListener('input', event => {
         state.text = event.target.value;
         filter_list();
     });
-    by_id('theme').addEventListener('click', () => {
-        chosen_theme = document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark';
-        set_theme();
-    });
-    system_dark.addEventListener('change', set_theme);
     by_id('help_button').addEventListener('click', () => by_id('help').showModal());
     by_id('back').addEventListener('click', close_case);
     by_id('case_before').addEventListener('click', () => step_case(-1));
@@ -176,7 +164,6 @@ function open_hash() {
     return index >= 0;
 }
 
-set_theme();
 show_summary();
 show_filter();
 by_id('cases').replaceChildren(...sorted_cases.map(list_row));

@@ -1,0 +1,95 @@
+#include "render/cmd/manual.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <vector>
+
+namespace cmd {
+
+namespace {
+
+/// Text for roff: a backslash, and a point or quote at the start of a line, are commands there.
+std::string roff(const std::string& text) {
+    std::string escaped;
+    for (const char c : text) {
+        const bool starts_line = escaped.empty() || escaped.back() == '\n';
+        if (c == '\\') {
+            escaped += "\\e";
+        } else if (c == '-') {
+            escaped += "\\-";
+        } else {
+            escaped += (starts_line && (c == '.' || c == '\'') ? "\\&" : "") + std::string(1, c);
+        }
+    }
+    return escaped;
+}
+
+/// "--out DIR", "SCENE".
+std::string synopsis(const CLI::Option& option) {
+    const std::string name = option.get_name(option.get_positional(), true);
+    const std::string type = option.get_positional() ? std::string() : option.get_type_name();
+    return type.empty() ? name : name + " " + type;
+}
+
+std::string options_of(const CLI::App& app) {
+    std::string text;
+    for (const CLI::Option* option : app.get_options()) {
+        text += fmt::format(".TP\n.B {}\n{}\n", roff(synopsis(*option)), roff(option->get_description()));
+    }
+    return text;
+}
+
+std::vector<const CLI::App*> verbs_of(const CLI::App& app) {
+    return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+/// Long names of the options, separated by spaces.
+std::string words_of(const CLI::App& app) {
+    std::string words;
+    for (const CLI::Option* option : app.get_options()) {
+        for (const std::string& name : option->get_lnames()) {
+            words += (words.empty() ? "--" : " --") + name;
+        }
+    }
+    return words;
+}
+
+} // namespace
+
+std::string man_page(const CLI::App& app) {
+    std::string text = fmt::format(
+        ".TH TUMBLE 1 \"\" \"tumble {}\"\n.SH NAME\ntumble \\- rigid bodies in contact, and films of "
+        "them\n.SH SYNOPSIS\n.B tumble\n.I VERB\n[options]\n.SH DESCRIPTION\n{}\n.SH VERBS\n",
+        TUMBLE_VERSION, roff(app.get_description()));
+    for (const CLI::App* verb : verbs_of(app)) {
+        text += fmt::format(".SS tumble {}\n{}\n{}", roff(verb->get_name()), roff(verb->get_description()),
+                            options_of(*verb));
+    }
+    text += ".SH OPTIONS\n" + options_of(app);
+    return text + fmt::format(".SH EXAMPLES\n.nf\n{}\n.fi\n", roff(app.get_footer()));
+}
+
+std::string bash_completion(const CLI::App& app) {
+    std::string verbs;
+    std::string cases;
+    for (const CLI::App* verb : verbs_of(app)) {
+        verbs += (verbs.empty() ? "" : " ") + verb->get_name();
+        cases += fmt::format("        {}) words=\"{}\" ;;\n", verb->get_name(), words_of(*verb));
+    }
+    return fmt::format(
+        R"(# bash completion of tumble; zsh reads it after: autoload -U bashcompinit && bashcompinit
+_tumble() {{
+    local words="{} {}"
+    [ "$COMP_CWORD" -gt 1 ] && case ${{COMP_WORDS[1]}} in
+{}        esac
+    if [ "$COMP_CWORD" -eq 1 ] || [[ ${{COMP_WORDS[COMP_CWORD]}} == -* ]]; then
+        COMPREPLY=($(compgen -W "$words" -- "${{COMP_WORDS[COMP_CWORD]}}"))
+    fi
+}}
+complete -o default -F _tumble tumble
+)",
+        verbs, words_of(app), cases);
+}
+
+} // namespace cmd

@@ -1,0 +1,75 @@
+/// The page of a folder of results, in a real browser.
+#include "render/compare/gallery_page.h"
+#include "sim/file_io.h"
+#include "tests/page/browser.h"
+#include "tests/page/sample_report.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path out_dir = fs::path(TUMBLE_OUT_DIR) / "tests" / "page" / "gallery";
+
+void write_sample_gallery() {
+    fs::remove_all(out_dir);
+    write_sample_report(out_dir / "check", 0);
+    diff::Gallery gallery;
+    gallery.program = "tumble 0.1.0";
+    gallery.reports = {{"check", "check/index.html", 6, 4}};
+    for (const std::string name : {"funnel", "office toy"}) {
+        diff::GalleryRun run;
+        run.name = name;
+        run.title = "A film & its figures";
+        run.film = "check/film.mp4";
+        run.poster = "check/pictures/edges/edges.reference.png";
+        run.facts = {{"bodies", "1005"}, {"state hash", "34f784c5593953b8"}};
+        run.files = {"check/film.mp4"};
+        for (int i = 0; i <= 100; ++i) {
+            const double t = 0.02 * i;
+            run.energy.push_back({t, 500 * t * t, 3000 - 500 * t * t});
+        }
+        gallery.runs.push_back(run);
+    }
+    gallery.texts = {{"laws.md", "| law | error |\n| a < b | 1e-9 |\n"}};
+    sim::write_file(out_dir / "index.html", diff::gallery_page(gallery));
+}
+
+} // namespace
+
+TEST(gallery_page, films_play_one_at_a_time_in_light_and_dark_on_desk_and_phone) {
+    write_sample_gallery();
+    Browser browser(out_dir / "browser");
+    browser.resize(1280, 900);
+    browser.prefer("light");
+    browser.open("file://" + fs::absolute(out_dir / "index.html").string());
+    EXPECT_EQ(browser.value("document.querySelectorAll('article').length"), 4);
+    EXPECT_EQ(browser.value("document.querySelector('.verdict').innerText"), "✕ 4 failed");
+    EXPECT_EQ(browser.value("document.querySelectorAll('.plot path').length"), 6);
+    browser.screenshot(out_dir / "light.png");
+
+    const std::string film = "document.querySelectorAll('video')";
+    browser.value(film + "[0].play()");
+    EXPECT_TRUE(browser.wait_for(film + "[0].currentTime > 0.1"));
+    browser.value(film + "[1].play()");
+    EXPECT_TRUE(browser.wait_for(film + "[0].paused && !" + film + "[1].paused"));
+
+    const std::string background = "getComputedStyle(document.body).backgroundColor";
+    const Browser::Json light = browser.value(background);
+    browser.click("#theme");
+    EXPECT_NE(browser.value(background), light);
+
+    browser.prefer("dark");
+    browser.resize(390, 844, true);
+    browser.open("file://" + fs::absolute(out_dir / "index.html").string());
+    EXPECT_NE(browser.value(background), light);
+    EXPECT_EQ(browser.value("document.scrollingElement.scrollWidth"), 390);
+    browser.screenshot(out_dir / "phone.png");
+    browser.click("article a");
+    EXPECT_TRUE(browser.wait_for("document.title === '4 failed – comparison'"));
+    EXPECT_EQ(browser.errors(), "");
+}

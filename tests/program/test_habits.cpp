@@ -1,0 +1,58 @@
+/// What a person types first: the program alone, its scenes, a scene of one's own, the manual, completion.
+#include "tests/program/program_fixture.h"
+
+using test::Outcome;
+
+class habits : public test::Program {};
+
+TEST_F(habits, the_program_alone_prints_three_examples) {
+    const Outcome outcome = tumble("");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(outcome.out, "");
+    std::size_t examples = 0;
+    for (std::size_t at = outcome.err.find("\n  tumble "); at != std::string::npos;
+         at = outcome.err.find("\n  tumble ", at + 1)) {
+        ++examples;
+    }
+    EXPECT_EQ(examples, 3u) << outcome.err;
+}
+
+TEST_F(habits, scenes_are_listed_with_a_line_each) {
+    EXPECT_EQ(tumble("scenes .").out, "./block.toml  A block falls\n");
+    EXPECT_EQ(shell("mkdir scenes && cp block.toml scenes && \"$TUMBLE\" scenes").out,
+              "scenes/block.toml  A block falls\n");
+    EXPECT_EQ(tumble("scenes nowhere").err, "tumble: cannot read nowhere: No such file or directory\n");
+    EXPECT_EQ(shell("mkdir empty; \"$TUMBLE\" scenes empty").err,
+              "tumble: empty has no scene, no file that ends in .toml\n");
+}
+
+TEST_F(habits, a_new_scene_runs_and_is_never_written_over) {
+    EXPECT_EQ(tumble("new first.toml").out, "first.toml written; tumble run first.toml makes its film\n");
+    EXPECT_EQ(tumble("run first.toml --size 64x36 --duration 0.1 --quiet").err, "");
+    EXPECT_TRUE(std::filesystem::exists(folder / "out/first/first.mp4"));
+    const std::string text = bytes("first.toml");
+    EXPECT_EQ(tumble("new first.toml").code, 2);
+    EXPECT_EQ(bytes("first.toml"), text);
+    EXPECT_EQ(tumble("new first").err, "tumble: 'first': expected a name that ends in .toml\n");
+    EXPECT_EQ(tumble("new nowhere/first.toml").code, 3);
+}
+
+TEST_F(habits, the_manual_has_every_verb_and_option_of_the_help) {
+    const std::string manual = tumble("man").out;
+    for (const char* part :
+         {".SS tumble run\n", ".B \\-\\-size WxH\n", ".SS tumble compare\n", ".B SCENE\n", ".SH EXAMPLES"}) {
+        EXPECT_NE(manual.find(part), std::string::npos) << part;
+    }
+}
+
+TEST_F(habits, bash_completes_verbs_and_the_options_of_each) {
+    const auto completed = [this](const std::string& words, int word) {
+        return shell("eval \"$(\"$TUMBLE\" completion)\"; COMP_WORDS=(" + words +
+                     "); COMP_CWORD=" + std::to_string(word) + "; _tumble; echo \"${COMPREPLY[@]}\"")
+            .out;
+    };
+    EXPECT_EQ(completed("tumble ren", 1), "render\n");
+    EXPECT_EQ(completed("tumble run --res", 2), "--resume\n");
+    EXPECT_EQ(completed("tumble join --res", 2), "\n");
+    EXPECT_EQ(completed("tumble run fun", 2), "\n"); // bash then offers names of files
+}
