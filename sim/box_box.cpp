@@ -96,49 +96,48 @@ AxisChoice best_face_of_b(const Frames& f) {
 /// planes.
 struct ClipPoint {
     Vec3 x;           ///< in the frame of the reference box [m]
-    int edge_in = 0;  ///< edge that ends here
-    int edge_out = 0; ///< edge that starts here
+    int edge_in;  ///< edge that ends here
+    int edge_out; ///< edge that starts here
 };
 
 /// Up to eight points of a clipped quadrilateral, without allocation.
 struct Polygon {
-    std::array<ClipPoint, 16> points;
+    std::array<ClipPoint, 12> points; // each of four cuts of a convex polygon adds one at most
     int size = 0;
 
     void add(const ClipPoint& p) { points[static_cast<std::size_t>(size++)] = p; }
     const ClipPoint& operator[](int i) const { return points[static_cast<std::size_t>(i)]; }
 };
 
-/// Keeps the part with side * x[axis] <= half; new corners are marked with the clipping plane. Corners that
+/// Keeps the part of `polygon` with side * x[axis] <= half, in `spare`'s place where something is cut off; new corners are marked with the clipping plane. Corners that
 /// lie on the plane to within `aligned` count as inside, so that boxes exactly on top of each other keep
 /// their features.
-void clip(Polygon& polygon, int axis, double side, double half, int plane) {
+void clip(Polygon*& polygon, Polygon*& spare, int axis, double side, double half, int plane) {
     const double limit = half * (1.0 + aligned);
+    const Polygon& in = *polygon;
     bool inside = true;
-    for (int i = 0; i < polygon.size; ++i) {
-        inside = inside && side * polygon[i].x[axis] <= limit;
+    for (int i = 0; i < in.size; ++i) {
+        inside = inside && side * in[i].x[axis] <= limit;
     }
     if (inside) {
         return;
     }
-    Polygon out;
-    for (int i = 0; i < polygon.size; ++i) {
-        const ClipPoint& p = polygon[i];
-        const ClipPoint& q = polygon[i + 1 == polygon.size ? 0 : i + 1];
+    Polygon& out = *spare;
+    out.size = 0;
+    for (int i = 0; i < in.size; ++i) {
+        const ClipPoint& p = in[i];
+        const ClipPoint& q = in[i + 1 == in.size ? 0 : i + 1];
         const double dp = side * p.x[axis] - limit;
         const double dq = side * q.x[axis] - limit;
         if (dp <= 0.0) {
             out.add(p);
         }
         if ((dp < 0.0 && dq > 0.0) || (dp > 0.0 && dq < 0.0)) {
-            ClipPoint cut;
-            cut.x = p.x + (q.x - p.x) * (dp / (dp - dq));
-            cut.edge_in = dp < 0.0 ? p.edge_out : plane;
-            cut.edge_out = dp < 0.0 ? plane : p.edge_out;
-            out.add(cut);
+            out.add({p.x + (q.x - p.x) * (dp / (dp - dq)), dp < 0.0 ? p.edge_out : plane,
+                     dp < 0.0 ? plane : p.edge_out});
         }
     }
-    polygon = out;
+    std::swap(polygon, spare);
 }
 
 /// The face of the incident box that is most opposed to the reference face, in the frame of the reference box.
@@ -175,22 +174,30 @@ void face_contacts(const PlacedBox& reference, const PlacedBox& incident, const 
     Vec3 normal = Vec3::Zero();
     normal[axis.index] = outward;
     int incident_index = 0;
-    Polygon polygon = incident_face(incident.box.half_extents, rotation, offset,
-                                    outward * rotation.row(axis.index).transpose(), incident_index);
+    Polygon first = incident_face(incident.box.half_extents, rotation, offset,
+                                  outward * rotation.row(axis.index).transpose(), incident_index);
+    Polygon second;
+    Polygon* polygon = &first;
+    Polygon* spare = &second;
     const int u = (axis.index + 1) % 3;
     const int v = (axis.index + 2) % 3;
     const Vec3& half = reference.box.half_extents;
-    clip(polygon, u, 1.0, half[u], 4);
-    clip(polygon, u, -1.0, half[u], 5);
-    clip(polygon, v, 1.0, half[v], 6);
-    clip(polygon, v, -1.0, half[v], 7);
+    clip(polygon, spare, u, 1.0, half[u], 4);
+    clip(polygon, spare, u, -1.0, half[u], 5);
+    clip(polygon, spare, v, 1.0, half[v], 6);
+    clip(polygon, spare, v, -1.0, half[v], 7);
 
     const std::uint64_t face_id = static_cast<std::uint64_t>(2 * axis.index + (outward > 0.0 ? 0 : 1)) * 6 +
                                   static_cast<std::uint64_t>(incident_index) + (reference_is_a ? 0u : 36u);
     const Vec3 world_normal = reference_axes.col(axis.index) * outward;
     const Vec3 direction = reference.body_from_box.orientation * normal;
-    for (int i = 0; i < polygon.size; ++i) {
-        const ClipPoint& p = polygon[i];
+    // In the order of their ids.
+    std::sort(polygon->points.begin(), polygon->points.begin() + polygon->size,
+              [](const ClipPoint& p, const ClipPoint& q) {
+                  return p.edge_in * 8 + p.edge_out < q.edge_in * 8 + q.edge_out;
+              });
+    for (int i = 0; i < polygon->size; ++i) {
+        const ClipPoint& p = (*polygon)[i];
         const double gap = outward * p.x[axis.index] - half[axis.index];
         if (gap > margin) {
             continue;

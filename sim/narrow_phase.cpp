@@ -205,6 +205,13 @@ void collect(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, con
     });
 }
 
+void sort_by_id(std::vector<Contact>& contacts) {
+    const auto id = [](const Contact& contact) { return contact.feature.id; };
+    if (!std::ranges::is_sorted(contacts, {}, id)) {
+        std::ranges::sort(contacts, {}, id);
+    }
+}
+
 } // namespace
 
 void find_contacts(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b,
@@ -212,14 +219,14 @@ void find_contacts(const Shape& shape_a, const Pose& pose_a, const Shape& shape_
     contacts.clear();
     Collector out{.margin = margin, .contacts = &contacts};
     collect(shape_a, pose_a, shape_b, pose_b, out);
-    std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.feature.id; });
+    sort_by_id(contacts);
 }
 
 void find_box_contacts(const Box& box_a, const Pose& pose_a, const Box& box_b, const Pose& pose_b, const BoxAxes& axes,
                        double margin, std::vector<Contact>& contacts) {
     contacts.clear();
     box_box_contacts({box_a, pose_a, Pose{}, pose_a}, {box_b, pose_b, Pose{}, pose_b}, axes, margin, 0, contacts);
-    std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.feature.id; });
+    sort_by_id(contacts);
 }
 
 double separation(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b) {

@@ -1,5 +1,6 @@
-/// The inner pieces alone: manifolds of two boxes, the check of their separation, and the search for pairs.
+/// The inner pieces alone: manifolds and axes of two boxes, the search for pairs, one sweep, a call of libccd.
 #include "sim/broad_phase.h"
+#include "sim/contact_block.h"
 #include "sim/integrate.h"
 #include "sim/narrow_phase.h"
 #include "sim/scene_file.h"
@@ -7,6 +8,8 @@
 #include "tests/laws/reference/gap.h"
 
 #include <benchmark/benchmark.h>
+#include <ccd/ccd.h>
+#include <ccd/vec3.h>
 
 #include <cmath>
 #include <string>
@@ -92,6 +95,97 @@ void broad_phase_update(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * n * n * n);
 }
 BENCHMARK(broad_phase_update)->Arg(10)->Arg(20)->Unit(benchmark::kMicrosecond);
+
+/// Axes of eight thousand pairs of cubes.
+void axes_of_8000_pairs(benchmark::State& state) {
+    std::vector<sim::PlacedBoxRow> rows;
+    std::vector<int> first;
+    std::vector<int> second;
+    std::vector<int> result;
+    for (int i = 0; i < 8000; ++i) {
+        const sim::Mat3 rotation(Eigen::AngleAxisd(0.37 * i, Vec3(1, 2, 3).normalized()));
+        sim::PlacedBoxRow& row = rows.emplace_back();
+        std::copy_n(rotation.data(), 9, row.axes);
+        std::fill_n(row.centre, 3, 0.3 * (i % 7));
+        std::fill_n(row.half, 3, 0.5);
+        first.push_back(i);
+        second.push_back((i * 31 + 1) % 8000);
+        result.push_back(i);
+    }
+    std::vector<sim::BoxAxes> axes(8000);
+    for (auto _ : state) {
+        sim::find_axes({rows.data(), first.data(), second.data(), result.data(), first.size(), axes.data()});
+        benchmark::DoNotOptimize(axes.data());
+    }
+    state.SetItemsProcessed(state.iterations() * 8000);
+}
+BENCHMARK(axes_of_8000_pairs)->Unit(benchmark::kMicrosecond);
+
+/// One sweep over a block of n x n x n cubes stacked face on face, with friction: every block is visited.
+void one_sweep(benchmark::State& state) {
+    const int n = static_cast<int>(state.range(0));
+    sim::Bodies bodies;
+    sim::BodyDef def;
+    def.shape = sim::Box{};
+    def.mass = sim::mass_properties(def.shape, 1000.0);
+    for (int i = 0; i < n * n * n; ++i) {
+        bodies.props.push_back(sim::make_body_props(def));
+        bodies.pose.push_back({Vec3(i % n, i / n % n, i / n / n), Quat::Identity()});
+        bodies.velocity.push_back({Vec3(0.01 * (i % 3), 0.0, -0.1 * (i % 5)), Vec3::Zero()});
+        bodies.inverse_inertia.push_back(sim::inverse_inertia_world(bodies.props.back(), Quat::Identity()));
+    }
+    sim::ContactBlocks loop;
+    std::vector<sim::Contact> contacts;
+    for (int i = 0; i + n * n < n * n * n; ++i) {
+        const auto lower = static_cast<std::size_t>(i);
+        const auto upper = static_cast<std::size_t>(i + n * n);
+        sim::find_contacts(def.shape, bodies.pose[lower], def.shape, bodies.pose[upper], 1e-3, contacts);
+        std::vector<sim::ContactGeometry> geometry;
+        for (const sim::Contact& contact : contacts) {
+            geometry.push_back(contact.at);
+        }
+        loop.append(bodies, i, i + n * n, geometry, {0.0, 0.1, 0.1});
+    }
+    loop.arrange(bodies);
+    loop.load_batches(bodies);
+    std::vector<sim::Velocity> velocity = bodies.velocity;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(loop.sweep(velocity, -1.0, 1e-3));
+    }
+    state.SetLabel("blocks " + std::to_string(loop.blocks.size()));
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(loop.points.size()));
+}
+BENCHMARK(one_sweep)->Arg(5)->Arg(10)->Arg(20)->Unit(benchmark::kMicrosecond);
+
+/// A cube as libccd sees it.
+struct CcdCube {
+    Pose pose;
+};
+void support_of_cube(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* result) {
+    const Pose& pose = static_cast<const CcdCube*>(object)->pose;
+    const Vec3 d = pose.orientation.conjugate() * Vec3(direction->v[0], direction->v[1], direction->v[2]);
+    const Vec3 corner = pose * Vec3(std::copysign(0.5, d.x()), std::copysign(0.5, d.y()), std::copysign(0.5, d.z()));
+    ccdVec3Set(result, corner.x(), corner.y(), corner.z());
+}
+
+/// libccd's penetration (GJK and EPA) of two cubes: what a general pair of convex bodies starts from.
+void libccd_call(benchmark::State& state) {
+    const CcdCube a{lower_pose(false)};
+    CcdCube b{upper_pose(false)};
+    b.pose.position.z() -= 1e-3;
+    ccd_t ccd;
+    CCD_INIT(&ccd);
+    ccd.support1 = support_of_cube;
+    ccd.support2 = support_of_cube;
+    ccd.max_iterations = 100;
+    for (auto _ : state) {
+        ccd_real_t depth = 0;
+        ccd_vec3_t direction;
+        ccd_vec3_t position;
+        benchmark::DoNotOptimize(ccdGJKPenetration(&a, &b, &ccd, &depth, &direction, &position));
+    }
+}
+BENCHMARK(libccd_call);
 
 /// One step of the funnel while its cubes still fall: everything but the solving.
 void funnel_step_in_free_fall(benchmark::State& state) {

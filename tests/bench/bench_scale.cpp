@@ -1,0 +1,97 @@
+/// bench_scale [OUT_DIR] [STEPS]
+///
+/// The funnel with 1000, 8000 and 64 000 cubes: the same scene with another number of cubes in its lattice. Processor
+/// time a contact, and memory a body and a contact, over the steps in which the cubes meet. Writes scale.csv and prints
+/// a table.
+#include "sim/file_io.h"
+#include "sim/scene_file.h"
+#include "sim/world.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+namespace {
+
+constexpr int first_step = 1000; // the lattice has reached the plates
+
+double processor_ms() {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+/// Memory of this process [bytes].
+double resident_bytes() {
+    std::ifstream stream("/proc/self/statm");
+    double total = 0.0;
+    double resident = 0.0;
+    stream >> total >> resident;
+    return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+struct Row {
+    int bodies = 0;
+    double ms = 0.0;       ///< a step
+    double contacts = 0.0; ///< a step
+    double sweeps = 0.0;   ///< a step
+    double body_bytes = 0.0;
+    double contact_bytes = 0.0;
+};
+
+Row measure(int side, int steps) {
+    const std::string count = fmt::format("lattice.cube.count=[{0}, {0}, {0}]", side);
+    const double before = resident_bytes();
+    const sim::SceneDef scene = sim::load_scene(TUMBLE_SCENE_DIR "/funnel.toml", std::vector<std::string>{count});
+    sim::World world(scene);
+    world.step();
+    Row row;
+    row.bodies = static_cast<int>(scene.bodies.size());
+    row.body_bytes = (resident_bytes() - before) / row.bodies;
+    const double with_bodies = resident_bytes();
+    double start = processor_ms();
+    double largest = 1.0;
+    for (int i = 1; i < steps; ++i) {
+        if (i == first_step) {
+            start = processor_ms();
+            row.contacts = row.sweeps = 0.0;
+        }
+        const sim::StepReport report = world.step();
+        row.contacts += report.contacts;
+        row.sweeps += report.contact_iterations;
+        largest = std::max(largest, static_cast<double>(report.contacts));
+    }
+    const double counted = steps - std::min(first_step, steps - 1);
+    row.ms = (processor_ms() - start) / counted;
+    row.contacts /= counted;
+    row.sweeps /= counted;
+    row.contact_bytes = (resident_bytes() - with_bodies) / largest;
+    return row;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    const std::string out = argc > 1 ? argv[1] : "out/bench";
+    const int steps = argc > 2 ? std::stoi(argv[2]) : 1300;
+    std::string csv = "bodies,ms_per_step,contacts,sweeps,us_per_contact,bytes_per_body,bytes_per_contact\n";
+    std::puts("| bodies | ms/step | contacts | sweeps | us a contact | bytes a body | bytes a contact |\n"
+              "| --- | --- | --- | --- | --- | --- | --- |");
+    for (const int side : {10, 20, 40}) {
+        const Row row = measure(side, steps);
+        const double us = 1e3 * row.ms / row.contacts;
+        csv += fmt::format("{},{:.4f},{:.0f},{:.2f},{:.4f},{:.0f},{:.0f}\n", row.bodies, row.ms, row.contacts,
+                           row.sweeps, us, row.body_bytes, row.contact_bytes);
+        fmt::print("| {} | {:.2f} | {:.0f} | {:.1f} | {:.3f} | {:.0f} | {:.0f} |\n", row.bodies, row.ms, row.contacts,
+                   row.sweeps, us, row.body_bytes, row.contact_bytes);
+        std::fflush(stdout);
+    }
+    std::filesystem::create_directories(out);
+    sim::write_file(out + "/scale.csv", csv);
+}
