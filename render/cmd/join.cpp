@@ -97,6 +97,8 @@ void join_frames(const Options& options) {
     }
     video.finish();
     progress.clear();
+    render::make_stills(
+        scene, stills_of(options), [&](std::int64_t frame) { return paths[static_cast<std::size_t>(frame)]; }, folder);
     if (!options.is_quiet) {
         std::printf("%s: %zu frames joined; in %s\n", scene.name.c_str(), paths.size(),
                     (folder / name).c_str());

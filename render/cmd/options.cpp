@@ -123,6 +123,33 @@ void add_frame_options(CLI::App& verb, Options& options) {
     verb.add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
 }
 
+void add_still_options(CLI::App& verb, Options& options) {
+    verb.add_option("--poster", options.poster_time, "Also the frame at this time [s] as SCENE_poster.png")
+        ->type_name("S")
+        ->check(CLI::Range(0.0, 1e6));
+    verb.add_option("--sheet", options.sheet_count, "Also N frames side by side as SCENE_sheet.png")
+        ->type_name("N")
+        ->check(CLI::Range(1, 400));
+    verb.add_flag("--webp", options.has_animation, "Also a small animation for a page: SCENE.webp");
+}
+
+render::StillsSettings stills_of(const Options& options) {
+    render::StillsSettings stills;
+    if (options.poster_time >= 0.0) {
+        stills.poster_time = options.poster_time;
+    }
+    stills.sheet_count = options.sheet_count;
+    stills.has_animation = options.has_animation;
+    if (stills.is_needed() && options.no_png) {
+        throw Error(ExitCode::usage, "--poster, --sheet and --webp are made of the PNG files: not with --no-png");
+    }
+    if (stills.is_needed() && !options.frames.empty()) {
+        throw Error(ExitCode::usage,
+                    "--poster, --sheet and --webp need the whole film: give them to tumble join, not with --frames");
+    }
+    return stills;
+}
+
 FrameRange frame_range(const Options& options, std::int64_t frame_count) {
     if (options.frames.empty()) {
         return {0, frame_count};

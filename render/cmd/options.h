@@ -1,5 +1,6 @@
 #pragma once
 /// What the user asks for on the command line.
+#include "render/stills.h"
 #include "sim/scene_def.h"
 
 #include <cstdint>
@@ -30,6 +31,9 @@ struct Options {
     bool no_video = false;
     bool no_png = false;
     std::string frames;      ///< "A:B": frames A .. B - 1 only
+    double poster_time = -1.0; ///< [s]; negative: no poster
+    int sheet_count = 0;       ///< frames on a sheet; 0: no sheet
+    bool has_animation = false;
     bool is_resumed = false; ///< whole frames of an earlier run stay
     bool is_quiet = false;
 };
@@ -53,6 +57,11 @@ FrameRange frame_range(const Options& options, std::int64_t frame_count);
 void add_options(CLI::App& verb, Options& options, Changes changes);
 /// --frames and --resume.
 void add_frame_options(CLI::App& verb, Options& options);
+/// --poster, --sheet and --webp.
+void add_still_options(CLI::App& verb, Options& options);
+
+/// What they ask for. Throws Error (usage) if it cannot be made of what is written.
+render::StillsSettings stills_of(const Options& options);
 
 /// The changes as assignments to scene keys, in the order --set, then the others. Throws Error (usage).
 std::vector<std::string> overrides_of(const Options& options);

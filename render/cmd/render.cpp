@@ -85,6 +85,7 @@ void render_trajectory(const Options& options) {
     if (options.inputs.size() != 1) {
         throw Error(ExitCode::usage, "render takes one trajectory");
     }
+    const render::StillsSettings stills = stills_of(options);
     const fs::path path = options.inputs.front();
     const sim::TrajectoryReader trajectory(path);
     const sim::SceneDef scene = scene_of(trajectory, path.string(), options);
@@ -102,6 +103,11 @@ void render_trajectory(const Options& options) {
     }
     if (has_video) {
         workplace.remove_file(scene.name + ".mp4");
+    }
+    for (const std::string& name : render::stills_names(scene)) {
+        if (!is_slice) {
+            workplace.remove_file(name);
+        }
     }
     render::Film film(scene, {.folder = workplace.folder(),
                               .write_png = !options.no_png,
@@ -129,6 +135,9 @@ void render_trajectory(const Options& options) {
         supervise(
             threads, progress, [&] { return film.frames_done(); }, workplace);
     }
+    render::make_stills(
+        scene, stills, [&](std::int64_t frame) { return workplace.folder() / render::frame_file_name(frame); },
+        workplace.folder());
     if (!options.is_quiet) {
         std::printf("%s: %lld frames in %s; in %s\n", scene.name.c_str(),
                     static_cast<long long>(frames.end - frames.begin),

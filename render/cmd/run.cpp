@@ -106,6 +106,9 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
     workplace.remove_file(summary_name);
     workplace.remove_file(trajectory_name);
     workplace.remove_file(scene.name + ".mp4");
+    for (const std::string& name : render::stills_names(scene)) {
+        workplace.remove_file(name);
+    }
 
     std::unique_ptr<render::Film> film;
     if (has_pictures) {
@@ -127,6 +130,10 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
     if (film != nullptr) {
         const std::vector<sim::WrittenFile> files = film->files();
         summary.files.insert(summary.files.end(), files.begin(), files.end());
+    }
+    const auto frame_path = [&](std::int64_t frame) { return folder / render::frame_file_name(frame); };
+    for (const sim::WrittenFile& file : render::make_stills(scene, stills_of(options), frame_path, folder)) {
+        summary.files.push_back(file);
     }
     summary.wall_time = std::chrono::duration<double>(Clock::now() - start).count();
     sim::write_file(folder / summary_name, sim::summary_to_json(scene, summary));
@@ -168,6 +175,7 @@ void run_scenes(const Options& options) {
     if (options.is_resumed && options.no_png) {
         throw Error(ExitCode::usage, "--resume keeps PNG files: it has no use with --no-png");
     }
+    stills_of(options); // refused before anything is made
     run_all(options, !options.no_png || !options.no_video);
 }
 

@@ -84,17 +84,20 @@ int run_program(int argc, char** argv) {
     using enum cmd::Changes;
     CLI::App* run = add_verb(app, "run", "Simulate, draw and encode: DIR/<scene>/", options, everything);
     cmd::add_frame_options(*run, options);
+    cmd::add_still_options(*run, options);
     scenes(run, cmd::run_scenes);
     scenes(add_verb(app, "simulate", "No pictures: trajectory and summary", options, everything),
            cmd::simulate_scenes);
     CLI::App* render =
         add_verb(app, "render", "Pictures and film of an earlier simulation", options, only_output);
     cmd::add_frame_options(*render, options);
+    cmd::add_still_options(*render, options);
     render->add_option("TRAJECTORY", options.inputs, "A trajectory.h5")->required()->type_name("");
     render->final_callback([&options] { cmd::render_trajectory(options); });
     CLI::App* join = app.add_subcommand("join", "The film from the frames of one or more folders");
     join->add_option("FOLDER", options.inputs, "Folders with frames/")->required()->type_name("");
     join->add_option("--out", options.out, "Folder for the film")->type_name("DIR");
+    cmd::add_still_options(*join, options);
     join->add_flag("--quiet", options.is_quiet, "Only errors are printed");
     join->final_callback([&options] { cmd::join_frames(options); });
     scenes(

@@ -77,3 +77,34 @@ TEST_F(overlay_program, options_choose_camera_layers_and_colours) {
     EXPECT_EQ(show.code, 2);
     EXPECT_NE(show.err.find("did you mean 'title'?"), std::string::npos) << show.err;
 }
+
+TEST_F(overlay_program, poster_sheet_and_animation_come_from_the_same_run_and_from_join) {
+    const std::string stills = " --poster 0.25 --sheet 5 --webp";
+    ASSERT_EQ(tumble("run block.toml --out a" + stills).code, 0);
+    ASSERT_EQ(tumble("join a/block --out b" + stills).code, 0);
+    for (const std::string name : {"block/block_poster.png", "block/block_sheet.png", "block/block.webp"}) {
+        EXPECT_TRUE(bytes("a/" + name) == bytes("b/" + name)) << name;
+    }
+    // Frame 5 of 20 a second; three columns and two rows with gaps of 8 px, none enlarged.
+    EXPECT_TRUE(bytes("a/block/block_poster.png") == bytes("a/block/" + render::frame_file_name(5)));
+    const render::Image sheet = render::read_image(folder / "a/block/block_sheet.png");
+    EXPECT_EQ(sheet.width, 3 * 328 + 8);
+    EXPECT_EQ(sheet.height, 2 * 188 + 8);
+    const render::Image last = render::read_image(folder / "a/block" / render::frame_file_name(7));
+    const std::size_t corner = 3 * (static_cast<std::size_t>(196) * sheet.width + 336);
+    EXPECT_TRUE(std::equal(last.rgb.begin(), last.rgb.begin() + 3 * 320, sheet.rgb.begin() + static_cast<long>(corner)));
+    EXPECT_EQ(bytes("a/block/block.webp").substr(0, 4), "RIFF");
+    EXPECT_NE(bytes("a/block/block.webp").find("ANIM"), std::string::npos);
+    // A later run without them leaves none behind.
+    ASSERT_EQ(tumble("run block.toml --out a").code, 0);
+    EXPECT_EQ(files_in("a/block"), expected_files());
+}
+
+TEST_F(overlay_program, stills_without_the_frames_are_refused) {
+    for (const char* options : {"--poster 0 --no-png", "--sheet 4 --frames 0:3", "--sheet 0", "--poster -1"}) {
+        const Outcome outcome = tumble("run block.toml " + std::string(options));
+        EXPECT_EQ(outcome.code, 2) << options;
+        expect_one_line(outcome.err);
+    }
+    EXPECT_EQ(files_in("out"), std::set<std::string>{});
+}

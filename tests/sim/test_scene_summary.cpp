@@ -20,7 +20,7 @@ TEST(scene_summary, tells_what_the_funnel_contains) {
   gravity     0 0 -9.81 m/s^2
   tolerances  0.0001 m contact, 1e-10 m joint, 0.05 m/s impact, at most 200 sweeps
   model       restitution 0.48, friction 0.1, contacts placed ahead of impacts, warm start, no shock propagation
-  cameras     'main' (3 keys)
+  cameras     'main' (3 keys), 'top' (fixed), 'orbit' (orbit in 24 s)
   set         output.fps=24000/1001
 )");
 }
