@@ -131,16 +131,16 @@ void NoteTaker::observe(const sim::Snapshot& snapshot) {
 }
 
 void NoteTaker::observe_contacts(const sim::Snapshot& snapshot, ContactPath& path) const {
-    Vec3 sum = Vec3::Zero();
-    double weight = 0.0;
+    const sim::ContactSnapshot* strongest = nullptr;
+    float most = 0.0f;
     for (const sim::ContactSnapshot& contact : snapshot.contacts) {
-        if (contact.bodies[0] == path.body || contact.bodies[1] == path.body) {
-            const double p_n = std::abs(static_cast<double>(contact.impulse.dot(contact.normal)));
-            sum += p_n * contact.point.cast<double>();
-            weight += p_n;
+        const float p_n = std::abs(contact.impulse.dot(contact.normal));
+        if ((contact.bodies[0] == path.body || contact.bodies[1] == path.body) && p_n > most) {
+            strongest = &contact;
+            most = p_n;
         }
     }
-    if (!(weight > 0.0)) {
+    if (strongest == nullptr) {
         // In the air: the next contact begins a new piece.
         if (!path.on_body.empty() && !path.on_body.back().empty()) {
             path.on_body.emplace_back();
@@ -149,7 +149,7 @@ void NoteTaker::observe_contacts(const sim::Snapshot& snapshot, ContactPath& pat
         return;
     }
     const sim::BodySnapshot& body = snapshot.bodies[static_cast<std::size_t>(path.body)];
-    const Vec3 at = sum / weight;
+    const Vec3 at = strongest->point.cast<double>();
     const Vec3 on_body = body.orientation.conjugate() * (at - body.position);
     const double radius = on_body.norm();
     const bool is_new = path.on_body.empty() ||

@@ -23,7 +23,7 @@ struct PathPoint {
 /// Without a gap.
 using Path = std::vector<PathPoint>;
 
-/// The middle of a body's contacts, weighted by their normal impulses.
+/// Where a body was touched: of several contacts the one with the largest normal impulse.
 struct ContactPath {
     int body = -1;              ///< index into bodies
     std::vector<Path> on_body;  ///< in the body frame

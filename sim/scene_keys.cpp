@@ -330,7 +330,7 @@ std::vector<SectionSpec> overlay_sections() {
              {"show", words, "", "[]",
               "what is drawn: the scene's `title`; `time`, number of loaded `contacts` and `energy` as text; "
               "contact `points` (sticking and sliding in two colours), `normals` and `impulses`; `trails` of "
-              "centres of mass; `contact_paths`, where bodies were touched; the `plots`",
+              "centres of mass; `contact_paths`, where bodies were touched, on them and in the world; the `plots`",
               any, "title time contacts energy points normals impulses trails contact_paths plots"},
              {"color_by", choice, "", "\"look\"",
               "`look`: as the bodies say; `material`, `body`: a colour each; `speed` [m/s], number of "

@@ -178,3 +178,21 @@ TEST(plot, ticks_are_round_and_ranges_hold_their_values) {
     EXPECT_EQ(tick_text(1e-17, 0.2), "0.0");
     EXPECT_EQ(tick_text(2e6, 1e6), "2e+06");
 }
+
+TEST(notes, of_several_contacts_the_strongest_is_followed) {
+    sim::SceneDef scene = ball_scene();
+    show(scene, sim::Shown::contact_paths);
+    NoteTaker taker(scene);
+    for (int i = 0; i <= 10; ++i) {
+        sim::Snapshot snapshot = rolled(scene, i, 0.0);
+        // The load moves from the lowest point to one at the side: two pieces, no line through the ball.
+        snapshot.contacts[0].impulse.z() = -0.1f * static_cast<float>(10 - i);
+        snapshot.contacts.push_back({{0, 1}, {1, 0, 1}, -Eigen::Vector3f::UnitX(),
+                                     {-0.1f * static_cast<float>(i), 0, 0}, true});
+        taker.observe(snapshot);
+    }
+    const ContactPath path = taker.notes()->contact_paths.at(0);
+    ASSERT_EQ(path.on_body.size(), 2u);
+    EXPECT_EQ(path.on_body[0].back().at, sim::Vec3(0, 0, -1));
+    EXPECT_EQ(path.on_body[1].back().at, sim::Vec3(1, 0, 0));
+}
