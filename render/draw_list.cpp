@@ -74,6 +74,7 @@ public:
 
     void add_body(const sim::BodyDef& body, std::size_t index, const Pose& pose) {
         look_ = &body.look;
+        body_ = static_cast<std::uint32_t>(index + 1);
         const int profile = geometry_.profile_of_body[index];
         if (profile >= 0) {
             double radius = 0.0;
@@ -104,6 +105,7 @@ public:
             return;
         }
         look_ = &look;
+        body_ = 0;
         const Pose pose{0.5 * (a + b), sim::Quat::FromTwoVectors(Vec3::UnitZ(), along)};
         const double half = 0.5 * along.norm();
         rounds.push_back(part(pose, {radius, radius, half}, half + radius, mesh_id::rod));
@@ -139,6 +141,7 @@ private:
         result.mesh = mesh;
         result.pattern = look_->pattern;
         result.depth = static_cast<float>((pose.position - view_.eye).dot(forward_));
+        result.body = body_;
         return result;
     }
 
@@ -147,6 +150,7 @@ private:
     Vec3 forward_;
     double pixels_per_radian_;
     const sim::LookDef* look_ = nullptr;
+    std::uint32_t body_ = 0;
 };
 
 /// Rods of all drawn joints: from the anchor to the centre of body a.
@@ -191,7 +195,7 @@ void collect_parts(const sim::SceneDef& scene, const sim::Snapshot& snapshot, do
     });
 }
 
-/// Floors of all visible plane bodies; `shadowed` and id are filled in later.
+/// Floors of all visible plane bodies; what lies around them is filled in later.
 std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& snapshot, const View& view) {
     std::vector<Floor> floors;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -212,6 +216,7 @@ std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& 
                              static_cast<float>((near - pose.position).dot(across))};
         floor.color = to_glm(body.look.color);
         floor.line_color = to_glm(body.look.pattern_color);
+        floor.id = static_cast<std::uint32_t>(i + 1); // of the body, until the parts are numbered
         floors.push_back(floor);
     }
     return floors;
@@ -282,9 +287,12 @@ void fill_rounds(const std::vector<Part>& parts, const SceneGeometry& geometry, 
         ++batches.back().count;
         list.rounds.push_back(part.instance);
         list.rounds.back().id = next_id;
-        next_id += geometry.group_count[static_cast<std::size_t>(part.mesh)];
+        const std::uint32_t groups = geometry.group_count[static_cast<std::size_t>(part.mesh)];
+        list.body_of_id.insert(list.body_of_id.end(), groups, part.body);
+        next_id += groups;
     }
     for (Floor& floor : list.floors) {
+        list.body_of_id.push_back(floor.id);
         floor.id = next_id++;
     }
 }

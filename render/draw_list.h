@@ -102,6 +102,7 @@ struct DrawList {
     std::vector<FaceBatch> face_batches;
     SkyAtlas sky_atlas;
     std::vector<Floor> floors;
+    std::vector<std::uint32_t> body_of_id{0}; ///< [id]: index of the body plus 1; 0: sky, or a joint's rod
     OcclusionVolume occlusion;
     std::vector<Instance>
         mirrored; ///< what polished bodies show: spheres, then boxes; empty if there is no such body

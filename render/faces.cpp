@@ -71,6 +71,7 @@ public:
             list_.face_batches.push_back(
                 {kind, static_cast<int>(list_.faces.size()), static_cast<int>(faces.size())});
             for (Face& face : faces) {
+                list_.body_of_id.push_back(face.id);
                 face.id = static_cast<std::uint32_t>(list_.faces.size() + 1);
                 // Known only now: in texels so far.
                 face.open_place /= glm::vec4(SkyAtlas::width, list_.sky_atlas.height, SkyAtlas::width,
@@ -92,6 +93,7 @@ private:
         };
         const glm::vec3 normal = unit(axis) * side;
         Face face{};
+        face.id = box.body; // until finish() numbers the faces
         face.center = instance.position + normal * instance.scale[axis];
         if (glm::dot(normal, list_.camera.eye - face.center) <= 0.0f) {
             return;

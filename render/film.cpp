@@ -1,5 +1,6 @@
 #include "render/film.h"
 
+#include "render/body_image.h"
 #include "render/overlay.h"
 #include "render/renderer.h"
 #include "sim/error.h"
@@ -101,6 +102,7 @@ std::int64_t Film::frames_done() const {
 std::vector<sim::WrittenFile> Film::files() const {
     std::vector<sim::WrittenFile> files = video_files_;
     files.insert(files.end(), png_files_.begin(), png_files_.end());
+    files.insert(files.end(), body_files_.begin(), body_files_.end());
     return files;
 }
 
@@ -125,12 +127,20 @@ std::shared_ptr<const Image> Film::kept_picture(std::int64_t frame) const {
 void Film::draw_frames() {
     // The OpenGL context belongs to this thread.
     Renderer renderer(scene_, scene_.output.width, scene_.output.height);
+    renderer_string_ = renderer.renderer_string();
     Overlay overlay(scene_);
     while (const std::optional<State> state = states_.pop()) {
         std::shared_ptr<const Image> image = kept_picture(state->frame);
         const bool is_kept = image != nullptr;
         if (!is_kept) {
             image = std::make_shared<const Image>(draw_frame(renderer, overlay, *state->snapshot, *state->notes));
+            if (settings_.write_bodies) {
+                const std::string frame = frame_file_name(state->frame);
+                for (const std::string& name :
+                     write_body_image(settings_.folder, frame, scene_, *state->snapshot, renderer.body_ids())) {
+                    body_files_.push_back(sim::describe_file(settings_.folder, name));
+                }
+            }
         }
         const Picture picture{state->frame, image, is_kept};
         if (settings_.write_png) {

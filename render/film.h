@@ -35,6 +35,7 @@ struct FilmSettings {
     bool write_video = true;  ///< folder / <scene>.mp4
     bool keep_frames = false; ///< a frame whose file is there is read, not drawn again
     std::int64_t first_frame = 0; ///< frames before it are seen, for what later ones show of them, but not drawn
+    bool write_bodies = false; ///< beside each frame that is drawn: which body each pixel shows
 };
 
 class Film {
@@ -63,6 +64,9 @@ public:
     /// What has been written, in order; once the threads have ended.
     std::vector<sim::WrittenFile> files() const;
 
+    /// OpenGL's name and version, once the threads have ended.
+    const std::string& renderer_string() const { return renderer_string_; }
+
 private:
     struct State {
         std::int64_t frame = 0;
@@ -88,6 +92,8 @@ private:
     BoundedQueue<Picture> for_video_;
     std::atomic<std::int64_t> pngs_done_ = 0;
     std::atomic<std::int64_t> video_frames_done_ = 0;
+    std::string renderer_string_;               // of the thread that draws
+    std::vector<sim::WrittenFile> body_files_;  // of the thread that draws
     std::vector<sim::WrittenFile> png_files_;   // of the thread that writes them
     std::vector<sim::WrittenFile> video_files_; // of the thread that encodes
 };

@@ -172,12 +172,13 @@ struct Renderer::Impl {
     std::map<FaceKind, Program> face_programs;
     std::map<std::pair<sim::Pattern, bool>, Program> round_programs; // by (pattern, shows what is around)
     RawPicture raw;
+    std::vector<std::uint32_t> body_of_id; ///< of the last picture
 
     Impl(const sim::SceneDef& scene_def, int width, int height, const RenderSettings& settings)
         : scene(scene_def),
           camera(find_camera(scene, settings.camera.empty() ? scene.output.camera : settings.camera)),
           viewport{width, height, settings.shadow_size}, geometry(make_scene_geometry(scene, camera)),
-          constants(scene_constants(geometry, settings.shadow_size)),
+          constants(scene_constants(geometry, settings.shadow_size) + settings.shader_lines),
           measures_times(settings.measures_times) {
         CHECK(width > 0 && height > 0 && settings.shadow_size > 8);
         make_geometry();
@@ -270,6 +271,7 @@ struct Renderer::Impl {
         draw_picture(list);
         times.picture = lap();
         read_picture();
+        body_of_id = list.body_of_id;
         Image image = smooth_edges(raw, geometry, list);
         times.edges = lap();
         return image;
@@ -474,6 +476,18 @@ DepthPicture Renderer::depth() const {
     glReadPixels(0, 0, picture.width, picture.height, GL_DEPTH_COMPONENT, GL_FLOAT, picture.depth.data());
     impl_->context.check("reading depths");
     return picture;
+}
+
+std::vector<std::uint32_t> Renderer::body_ids() const {
+    std::vector<std::uint32_t> bodies;
+    bodies.reserve(impl_->raw.ids.size());
+    const auto width = static_cast<std::size_t>(impl_->raw.width);
+    for (std::size_t y = static_cast<std::size_t>(impl_->raw.height); y-- > 0;) {
+        for (std::size_t x = 0; x < width; ++x) {
+            bodies.push_back(impl_->body_of_id.at(impl_->raw.ids[y * width + x]));
+        }
+    }
+    return bodies;
 }
 
 const RenderTimes& Renderer::times() const {

@@ -5,15 +5,18 @@
 #include "sim/scene_def.h"
 #include "sim/snapshot.h"
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace render {
 
 struct RenderSettings {
     std::string camera;          ///< name; empty: what the scene's output says
     int shadow_size = 1024;      ///< [px] side of the shadow map
+    std::string shader_lines;    ///< placed before the text of the shaders of all surfaces and the sky
     bool measures_times = false; ///< waits for OpenGL after each pass, so that times() tells them apart
 };
 
@@ -47,6 +50,10 @@ public:
 
     /// Of the last picture. Throws Error (io) if OpenGL fails.
     DepthPicture depth() const;
+
+    /// Which body each pixel's centre of the last picture shows, top row first: its index plus 1; 0: none. Of a
+    /// blurred picture: the last sub-frame's.
+    std::vector<std::uint32_t> body_ids() const;
 
     /// Of the last picture; the passes are told apart only with measures_times.
     const RenderTimes& times() const;

@@ -3,6 +3,7 @@
 #include "render/shader_texts.h"
 #include "sim/error.h"
 
+#include <fmt/format.h>
 #include <glm/gtc/type_ptr.hpp>
 
 #include <vector>
@@ -57,6 +58,18 @@ std::string_view shader_text(std::string_view name) {
     }
     CHECK(!"a shader of that name");
     return {};
+}
+
+std::string shaders_hash() {
+    std::uint64_t hash = 0xcbf29ce484222325;
+    for (const ShaderText& entry : shader_texts) {
+        for (const std::string_view part : {entry.name, entry.text}) {
+            for (const char c : part) {
+                hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+            }
+        }
+    }
+    return fmt::format("{:016x}", hash);
 }
 
 Program::Program(std::string_view vertex, std::string_view fragment, const std::string& defines)

@@ -14,6 +14,9 @@ namespace render {
 /// Text of one file of shaders/. The name must be one of them: CHECK.
 std::string_view shader_text(std::string_view name);
 
+/// FNV-1a of all files of shaders/, 16 hexadecimal digits: which drawing this program makes.
+std::string shaders_hash();
+
 /// A linked program. Files may #include others of shaders/ by a line of its own.
 class Program {
 public:

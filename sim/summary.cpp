@@ -109,6 +109,8 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
                  {"start", mechanics_json(summary.start)},
                  {"end", mechanics_json(summary.end)},
                  {"state_hash", fmt::format("{:016x}", summary.state_hash)},
+                 {"shaders_hash", summary.shaders_hash},
+                 {"renderer", summary.renderer},
                  {"files", files}};
     // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

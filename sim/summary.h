@@ -40,6 +40,8 @@ struct Summary {
     Mechanics start;
     Mechanics end;
     std::uint64_t state_hash = 0; ///< of the last state
+    std::string shaders_hash;     ///< of the pictures; empty if there are none
+    std::string renderer;         ///< OpenGL's name and version; empty if nothing was drawn
     std::vector<WrittenFile> files;
 };
 

@@ -3,7 +3,7 @@
 #include "render/cmd/interrupt.h"
 #include "render/compare/limits_file.h"
 #include "render/compare/report.h"
-#include "render/compare/sequence.h"
+#include "render/compare/side_by_side.h"
 #include "sim/error.h"
 #include "sim/file_io.h"
 
@@ -43,7 +43,9 @@ diff::Tier tier_of(const std::string& name) {
     throw Error(ExitCode::usage, fmt::format("--fail-on '{}': expected identical, noise or changed", name));
 }
 
-diff::Settings settings_of(const CompareOptions& options) {
+} // namespace
+
+diff::Settings compare_settings(const CompareOptions& options) {
     diff::Settings settings;
     settings.fail_on = tier_of(options.fail_on);
     settings.is_interrupted = is_interrupted;
@@ -53,21 +55,45 @@ diff::Settings settings_of(const CompareOptions& options) {
     for (const std::string& mask : options.masks) {
         diff::add_to_mask(mask, settings.pair.accepted, settings.pair.mask);
     }
+    settings.pair.ignored_bodies = options.ignored_bodies;
     if (!options.limits.empty()) {
         settings.pair.limits = diff::read_limits(options.limits);
     }
     return settings;
 }
 
-void make_folder(const fs::path& folder) {
+void prepare_report(const std::string& folder) {
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) {
-        throw Error(ExitCode::io, "cannot make the folder " + folder.string() + ": " + error.message());
+        throw Error(ExitCode::io, "cannot make the folder " + folder + ": " + error.message());
     }
+    diff::remove_report(folder);
 }
 
-} // namespace
+diff::Comparison start_comparison(const CompareOptions& options, const std::string& command) {
+    diff::Comparison comparison;
+    comparison.program = "tumble " TUMBLE_VERSION;
+    comparison.command = command;
+    comparison.fail_on = tier_of(options.fail_on);
+    return comparison;
+}
+
+int finish_comparison(const CompareOptions& options, diff::Comparison& comparison) {
+    diff::sum_up(comparison);
+    if (!options.report.empty()) {
+        diff::write_report(options.report, comparison);
+    }
+    if (!options.junit.empty()) {
+        sim::write_file(options.junit, diff::to_junit(comparison));
+    }
+    if (options.prints_json) {
+        std::fputs(diff::to_json(comparison).c_str(), stdout);
+    } else if (!options.is_quiet) {
+        std::fputs(diff::to_text(comparison).c_str(), stdout);
+    }
+    return comparison.exit_code;
+}
 
 void add_compare_options(CLI::App& verb, CompareOptions& options) {
     verb.add_option("REFERENCE", options.reference, "A picture, a folder of frames, a run's folder, or a film")
@@ -80,6 +106,10 @@ void add_compare_options(CLI::App& verb, CompareOptions& options) {
         ->type_name("TIER");
     verb.add_option("--mask", options.masks, "Leaves out X,Y,WIDTH,HEIGHT [px] or the bright pixels of a picture")
         ->type_name("RECT|FILE")
+        ->allow_extra_args(false);
+    verb.add_option("--ignore-body", options.ignored_bodies,
+                    "Leaves out the pixels of a body, where both sides were made with --body-ids")
+        ->type_name("NAME")
         ->allow_extra_args(false);
     verb.add_option("--report", options.report, "Folder for the report and its pictures")->type_name("DIR");
     verb.add_option("--junit", options.junit, "Writes JUnit's XML too")->type_name("FILE");
@@ -95,9 +125,10 @@ void add_compare_options(CLI::App& verb, CompareOptions& options) {
 }
 
 bool needs_films(const CompareOptions& options) {
-    const auto is_film_source = [](const std::string& path) {
+    const auto is_film_source = [&options](const std::string& path) {
         try {
-            return diff::find_source(path).kind == diff::SourceKind::film;
+            const diff::SourceKind kind = diff::find_source(path).kind;
+            return kind == diff::SourceKind::film || (kind == diff::SourceKind::frames && !options.report.empty());
         } catch (const Error&) {
             return false; // said when it is compared
         }
@@ -106,39 +137,27 @@ bool needs_films(const CompareOptions& options) {
 }
 
 int compare(const CompareOptions& options, const std::string& command, const diff::FilmTools* films) {
-    const diff::Settings settings = settings_of(options);
+    const diff::Settings settings = compare_settings(options);
     const diff::Source reference = diff::find_source(options.reference);
     const diff::Source candidate = diff::find_source(options.candidate);
-    diff::Comparison comparison;
-    comparison.program = "tumble " TUMBLE_VERSION;
-    comparison.command = command;
-    comparison.fail_on = settings.fail_on;
+    diff::Comparison comparison = start_comparison(options, command);
     comparison.cases.push_back(
         diff::compare_sources(case_name(options.candidate), reference, candidate, settings, films));
     diff::Case& result = comparison.cases.front();
     result.reference = options.reference;
     result.candidate = options.candidate;
-    diff::sum_up(comparison);
-
     if (options.calibrates) {
         std::fputs(diff::proposed_limits(comparison, settings.pair.limits).c_str(), stdout);
         return static_cast<int>(ExitCode::good);
     }
     if (!options.report.empty()) {
-        make_folder(options.report);
-        diff::remove_report(options.report);
+        prepare_report(options.report);
         diff::write_review(reference, candidate, settings, {.folder = options.report}, films, result);
-        diff::write_report(options.report, comparison);
+        if (films != nullptr) {
+            diff::write_side_by_side(reference, candidate, settings, *films, options.report, result);
+        }
     }
-    if (!options.junit.empty()) {
-        sim::write_file(options.junit, diff::to_junit(comparison));
-    }
-    if (options.prints_json) {
-        std::fputs(diff::to_json(comparison).c_str(), stdout);
-    } else if (!options.is_quiet) {
-        std::fputs(diff::to_text(comparison).c_str(), stdout);
-    }
-    return comparison.exit_code;
+    return finish_comparison(options, comparison);
 }
 
 } // namespace cmd

@@ -1,6 +1,6 @@
 #pragma once
 /// tumble compare: two pictures, folders of frames, films or runs.
-#include "render/compare/source.h"
+#include "render/compare/sequence.h"
 
 #include <string>
 #include <vector>
@@ -16,6 +16,7 @@ struct CompareOptions {
     std::string candidate;
     std::string fail_on = "changed";
     std::vector<std::string> masks;
+    std::vector<std::string> ignored_bodies;
     std::string report; ///< folder; empty: none
     std::string junit;  ///< file; empty: none
     std::string limits; ///< file that --calibrate has made; empty: defaults
@@ -27,11 +28,19 @@ struct CompareOptions {
 
 void add_compare_options(CLI::App& verb, CompareOptions& options);
 
-/// True if a film is to be read.
+/// True if a film is to be read, or written for a report.
 bool needs_films(const CompareOptions& options);
 
 /// Compares, reports, and returns the exit code. films: null where needs_films() is false. command: the arguments,
 /// for the report. Throws Error.
 int compare(const CompareOptions& options, const std::string& command, const diff::FilmTools* films);
+
+/// The pieces of compare() that other verbs share. Each throws Error.
+diff::Settings compare_settings(const CompareOptions& options);
+/// Makes the report's folder, and removes an earlier report from it.
+void prepare_report(const std::string& folder);
+diff::Comparison start_comparison(const CompareOptions& options, const std::string& command);
+/// Writes and prints what the options ask for; returns the exit code.
+int finish_comparison(const CompareOptions& options, diff::Comparison& comparison);
 
 } // namespace cmd

@@ -1,8 +1,10 @@
 #include "render/cmd/films.h"
 
 #include "render/video_reader.h"
+#include "render/video_writer.h"
 
-#include <utility>
+#include <algorithm>
+#include <cmath>
 
 namespace cmd {
 
@@ -30,11 +32,36 @@ private:
     render::Image image_;
 };
 
+class LibavWriter : public diff::FilmWriter {
+public:
+    LibavWriter(const std::filesystem::path& path, int width, int height, double fps)
+        : video_(path, width, height, settings_of(fps)), image_(width, height) {}
+
+    void add(const diff::Picture& picture) override {
+        image_.rgb = picture.rgb;
+        video_.add(image_);
+    }
+    void finish() override { video_.finish(); }
+
+private:
+    static render::VideoSettings settings_of(double fps) {
+        render::VideoSettings settings;
+        settings.fps = sim::make_rational(std::max(1L, std::lround(fps * 1001)), 1001);
+        return settings;
+    }
+
+    render::VideoWriter video_;
+    render::Image image_;
+};
+
 } // namespace
 
 diff::FilmTools film_tools() {
     diff::FilmTools tools;
     tools.open = [](const std::filesystem::path& path) { return std::make_unique<LibavReader>(path); };
+    tools.create = [](const std::filesystem::path& path, int width, int height, double fps) {
+        return std::make_unique<LibavWriter>(path, width, height, fps);
+    };
     return tools;
 }
 

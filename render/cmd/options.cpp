@@ -120,6 +120,8 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
 void add_frame_options(CLI::App& verb, Options& options) {
     verb.add_option("--frames", options.frames, "Draws only the frames A to B - 1, for tumble join")
         ->type_name("A:B");
+    verb.add_flag("--body-ids", options.has_body_ids,
+                  "Beside each frame which body each pixel shows: tumble compare then names bodies");
     verb.add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
 }
 

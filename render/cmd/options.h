@@ -35,6 +35,7 @@ struct Options {
     int sheet_count = 0;       ///< frames on a sheet; 0: no sheet
     bool has_animation = false;
     bool is_resumed = false; ///< whole frames of an earlier run stay
+    bool has_body_ids = false; ///< which body each pixel shows, beside the frames
     bool is_quiet = false;
 };
 

@@ -113,7 +113,8 @@ void render_trajectory(const Options& options) {
                               .write_png = !options.no_png,
                               .write_video = has_video,
                               .keep_frames = options.is_resumed,
-                              .first_frame = frames.begin});
+                              .first_frame = frames.begin,
+                              .write_bodies = options.has_body_ids});
     {
         render::ThreadGroup threads; // ends before what its threads use
         film.start(threads);

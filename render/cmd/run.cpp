@@ -4,6 +4,7 @@
 #include "render/cmd/run_record.h"
 #include "render/cmd/simulation.h"
 #include "render/cmd/supervise.h"
+#include "render/shader.h"
 #include "sim/error.h"
 #include "sim/scene_file.h"
 
@@ -79,7 +80,8 @@ void run_slice(const sim::SceneDef& scene, const fs::path& folder, const Options
     render::Film film(scene, {.folder = folder,
                               .write_video = false,
                               .keep_frames = options.is_resumed,
-                              .first_frame = frames.begin});
+                              .first_frame = frames.begin,
+                              .write_bodies = options.has_body_ids});
     Simulation simulation(scene, std::move(world), &film);
     simulation.restrict_to(frames);
     work(simulation, &film, frames, scene.name, workplace, options.is_quiet);
@@ -115,7 +117,8 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
         film = std::make_unique<render::Film>(scene, render::FilmSettings{.folder = folder,
                                                                           .write_png = has_png,
                                                                           .write_video = !options.no_video,
-                                                                          .keep_frames = options.is_resumed});
+                                                                          .keep_frames = options.is_resumed,
+                                                                          .write_bodies = options.has_body_ids});
     }
     Simulation simulation(scene, std::move(world), film.get());
     simulation.record_to(folder / trajectory_name);
@@ -128,6 +131,8 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
         summary.files.push_back(sim::describe_file(folder, run_record_name));
     }
     if (film != nullptr) {
+        summary.shaders_hash = render::shaders_hash();
+        summary.renderer = film->renderer_string();
         const std::vector<sim::WrittenFile> files = film->files();
         summary.files.insert(summary.files.end(), files.begin(), files.end());
     }

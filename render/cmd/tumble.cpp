@@ -1,4 +1,5 @@
 /// The program tumble-draw: arguments to a verb, the verb's outcome to an exit code. start.cpp is what a user calls.
+#include "render/cmd/baseline.h"
 #include "render/cmd/compare.h"
 #include "render/cmd/films.h"
 #include "render/cmd/guard.h"
@@ -113,6 +114,10 @@ int run_program(int argc, char** argv) {
         const diff::FilmTools films = cmd::film_tools();
         code = cmd::compare(comparison, cmd::command_line(argc, argv), &films);
     });
+    cmd::BaselineOptions baselines;
+    const std::string command = cmd::command_line(argc, argv);
+    cmd::add_baseline_verbs(*app.add_subcommand("baseline", "Accepted pictures of scenes: check, update"), baselines,
+                            command, code);
 
     try {
         app.parse(argc, argv);

@@ -22,15 +22,18 @@ using sim::ExitCode;
 
 namespace {
 
+/// "frame_000000.png", and what lies beside it: "frame_000000.bodies.png", "frame_000000.bodies.json".
 bool is_frame_name(std::string_view name) {
     constexpr std::string_view prefix = "frame_";
-    constexpr std::string_view suffix = ".png";
-    if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) ||
-        !name.ends_with(suffix)) {
-        return false;
+    for (const std::string_view suffix : {".bodies.json", ".bodies.png", ".png"}) {
+        if (name.size() > prefix.size() + suffix.size() && name.starts_with(prefix) && name.ends_with(suffix)) {
+            const std::string_view digits =
+                name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
+            return std::all_of(digits.begin(), digits.end(),
+                               [](unsigned char c) { return std::isdigit(c) != 0; });
+        }
     }
-    const std::string_view digits = name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
-    return std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+    return false;
 }
 
 void remove_parts_in(const fs::path& folder) {

@@ -59,8 +59,11 @@ struct Peak {
     int y = 0; ///< [px]
 };
 
-/// Most pixels in one window of size x size [px] whose value is above `level`; size: a multiple of cell_size.
-/// Windows lie at multiples of cell_size.
-Peak densest_window(const std::vector<std::uint8_t>& values, int width, int height, int level, int size);
+/// For each cell, rows of cells from the top: how many of its pixels have a value above `level`.
+std::vector<std::int32_t> count_in_cells(const std::vector<std::uint8_t>& values, int width, int height, int level);
+
+/// Largest sum of cells in one window of size x size [px]; size: a multiple of cell_size. Windows lie at multiples
+/// of cell_size.
+Peak densest_window(const std::vector<std::int32_t>& cells, int width, int height, int size);
 
 } // namespace diff

@@ -209,14 +209,7 @@ Area sum_of(std::vector<std::int32_t> cells, const DifferenceMap& map, int level
 std::vector<Area> find_areas(const DifferenceMap& map, int level) {
     const int columns = cell_count(map.width);
     const int rows = cell_count(map.height);
-    std::vector<std::uint8_t> is_open(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-    for (int y = 0; y < map.height; ++y) {
-        const std::uint8_t* row = map.smooth.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width);
-        std::uint8_t* cell = is_open.data() + static_cast<std::size_t>(y / cell_size) * static_cast<std::size_t>(columns);
-        for (int x = 0; x < map.width; ++x) {
-            cell[x / cell_size] |= row[x] > level;
-        }
-    }
+    std::vector<std::int32_t> is_open = count_in_cells(map.smooth, map.width, map.height, level);
     std::vector<Area> areas;
     for (std::size_t start = 0; start < is_open.size(); ++start) {
         if (is_open[start] == 0) {
@@ -229,7 +222,7 @@ std::vector<Area> find_areas(const DifferenceMap& map, int level) {
             const int y = cells[i] / columns;
             for (int row = std::max(y - 1, 0); row <= std::min(y + 1, rows - 1); ++row) {
                 for (int column = std::max(x - 1, 0); column <= std::min(x + 1, columns - 1); ++column) {
-                    std::uint8_t& next = is_open[static_cast<std::size_t>(row * columns + column)];
+                    std::int32_t& next = is_open[static_cast<std::size_t>(row * columns + column)];
                     if (next != 0) {
                         next = 0;
                         cells.push_back(row * columns + column);

@@ -63,7 +63,8 @@ private:
 
     void add_windows() {
         const auto add_window = [this](GateId id, int level, int size, const char* what) {
-            const Peak peak = densest_window(map_.excess, map_.width, map_.height, level, size);
+            const std::vector<std::int32_t> cells = count_in_cells(map_.excess, map_.width, map_.height, level);
+            const Peak peak = densest_window(cells, map_.width, map_.height, size);
             add(id, peak.value, "px",
                 fmt::format("{} pixels of the {}x{} at ({}, {}) are {} than an edge's noise", peak.value, size, size,
                             peak.x, peak.y, what));

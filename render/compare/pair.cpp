@@ -1,5 +1,6 @@
 #include "render/compare/pair.h"
 
+#include "render/compare/bodies.h"
 #include "sim/error.h"
 
 #include <fmt/format.h>
@@ -69,6 +70,98 @@ bool decode_side(const Bytes& bytes, const std::filesystem::path& path, const Pi
     }
 }
 
+/// The images beside both pictures, if both are there and of the pictures' size.
+std::optional<std::pair<BodyImage, BodyImage>> read_bodies(const PairPaths& paths, const PairSettings& settings,
+                                                           const PairMemory& memory) {
+    std::optional<BodyImage> a = read_body_image(*paths.reference, settings.accepted);
+    std::optional<BodyImage> b = a ? read_body_image(*paths.candidate, settings.accepted) : std::nullopt;
+    const auto fits = [&memory](const BodyImage& image) {
+        return image.width == memory.a.width && image.height == memory.a.height;
+    };
+    if (!a || !b || !fits(*a) || !fits(*b)) {
+        return std::nullopt;
+    }
+    return std::pair(std::move(*a), std::move(*b));
+}
+
+/// settings.mask, and the bodies to be ignored. Throws Error (usage) if they are not known.
+Mask mask_of(const PairPaths& paths, const PairSettings& settings, const PairMemory& memory) {
+    Mask mask = settings.mask;
+    if (settings.ignored_bodies.empty()) {
+        return mask;
+    }
+    const auto bodies = read_bodies(paths, settings, memory);
+    if (!bodies) {
+        throw sim::Error(sim::ExitCode::usage,
+                         fmt::format("--ignore-body: {} and {} have no images of bodies beside them; see --body-ids",
+                                     paths.reference->string(), paths.candidate->string()));
+    }
+    for (const std::string& name : settings.ignored_bodies) {
+        const auto has = [&name](const BodyImage& image) {
+            return std::find(image.names.begin(), image.names.end(), name) != image.names.end();
+        };
+        if (!has(bodies->first) && !has(bodies->second)) {
+            throw sim::Error(sim::ExitCode::usage, fmt::format("--ignore-body '{}': {} has no body of that name", name,
+                                                               paths.reference->string()));
+        }
+    }
+    Picture pixels;
+    pixels.width = memory.a.width;
+    pixels.height = memory.a.height;
+    pixels.rgb.assign(memory.a.rgb.size(), 0);
+    mask_bodies(bodies->first, settings.ignored_bodies, pixels);
+    mask_bodies(bodies->second, settings.ignored_bodies, pixels);
+    mask.pictures.push_back(std::move(pixels));
+    return mask;
+}
+
+/// "cube_412 moved by (+1.0, +0.0) px, 2.4 mm"
+std::string text_of(const BodyChange& change) {
+    const Displacement& u = change.displacement;
+    switch (change.kind) {
+    case BodyChange::Kind::moved:
+        return fmt::format("{} moved by ({:+.1f}, {:+.1f}) px{}", change.name, u.x, u.y,
+                           change.distance ? fmt::format(", {:.3g} mm", 1e3 * *change.distance) : std::string());
+    case BodyChange::Kind::missing:
+        return change.name + " is missing";
+    case BodyChange::Kind::appeared:
+        return change.name + " has appeared";
+    case BodyChange::Kind::recoloured:
+        return change.name + " has other colours";
+    }
+    return {};
+}
+
+void add_bodies(const PairPaths& paths, const PairSettings& settings, const PairMemory& memory, Frame& frame) {
+    constexpr std::size_t most_named = 4;
+    const auto bodies = read_bodies(paths, settings, memory);
+    if (!bodies) {
+        return;
+    }
+    name_bodies(bodies->first, bodies->second, memory.map, frame);
+    std::string text;
+    for (std::size_t i = 0; i < std::min(frame.bodies.size(), most_named); ++i) {
+        text += text_of(frame.bodies[i]) + "; ";
+    }
+    frame.message = text + frame.message;
+}
+
+/// False, with status and message, if the two sizes differ.
+bool set_sizes(const PairMemory& memory, Frame& frame) {
+    frame.width = memory.a.width;
+    frame.height = memory.a.height;
+    frame.candidate_width = memory.b.width;
+    frame.candidate_height = memory.b.height;
+    if (frame.width == frame.candidate_width && frame.height == frame.candidate_height) {
+        return true;
+    }
+    frame.status = Status::size_differs;
+    frame.tier = Tier::changed;
+    frame.message = fmt::format("the reference has {}x{} pixels, the candidate {}x{}", frame.width, frame.height,
+                                frame.candidate_width, frame.candidate_height);
+    return false;
+}
+
 void clear(Picture& picture) {
     picture.width = picture.height = 0;
 }
@@ -76,19 +169,10 @@ void clear(Picture& picture) {
 } // namespace
 
 void compare_pictures(const PairSettings& settings, PairMemory& memory, Frame& frame) {
-    frame.width = memory.a.width;
-    frame.height = memory.a.height;
-    frame.candidate_width = memory.b.width;
-    frame.candidate_height = memory.b.height;
-    if (frame.width != frame.candidate_width || frame.height != frame.candidate_height) {
-        frame.status = Status::size_differs;
-        frame.tier = Tier::changed;
-        frame.message = fmt::format("the reference has {}x{} pixels, the candidate {}x{}", frame.width, frame.height,
-                                    frame.candidate_width, frame.candidate_height);
-        return;
+    if (set_sizes(memory, frame)) {
+        apply_mask(settings.mask, memory.a, memory.b);
+        judge(memory.a, memory.b, settings.limits, memory.map, frame);
     }
-    apply_mask(settings.mask, memory.a, memory.b);
-    judge(memory.a, memory.b, settings.limits, memory.map, frame);
 }
 
 void compare_files(const PairPaths& paths, const PairSettings& settings, PairMemory& memory, Frame& frame) {
@@ -116,7 +200,14 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
     const bool is_whole_b =
         has_b && decode_side(memory.file_b, *paths.candidate, settings.accepted, memory.reader, memory.b, frame);
     if (is_whole_a && is_whole_b) {
-        compare_pictures(settings, memory, frame);
+        if (!set_sizes(memory, frame)) {
+            return;
+        }
+        apply_mask(mask_of(paths, settings, memory), memory.a, memory.b);
+        judge(memory.a, memory.b, settings.limits, memory.map, frame);
+        if (frame.tier == Tier::changed) {
+            add_bodies(paths, settings, memory, frame);
+        }
         return;
     }
     if (is_whole_a) {

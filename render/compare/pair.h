@@ -7,6 +7,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace diff {
 
@@ -15,6 +17,7 @@ struct PairSettings {
     Limits limits;
     PictureLimits accepted;
     Mask mask;
+    std::vector<std::string> ignored_bodies; ///< names
 };
 
 /// Memory of one thread, used again from pair to pair: about 60 bytes a pixel.
@@ -33,8 +36,9 @@ struct PairPaths {
     std::optional<std::filesystem::path> candidate;
 };
 
-/// Fills all of `frame` but name, index, bodies and pictures. Equal files are not decoded. Throws nothing for
-/// what is wrong with a file: that is a status.
+/// Fills all of `frame` but name, index and pictures. Equal files are not decoded. What is wrong with a file is a
+/// status. Throws Error: usage if bodies are to be ignored and the images beside the pictures do not tell them,
+/// missing_or_size if a mask has another size.
 void compare_files(const PairPaths& paths, const PairSettings& settings, PairMemory& memory, Frame& frame);
 
 /// The same for memory.a and memory.b, of any size.

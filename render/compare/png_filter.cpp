@@ -1,7 +1,6 @@
 #include "render/compare/png_filter.h"
 
-#include <cstdlib>
-#include <cstring>
+#include <bit>
 
 namespace diff {
 
@@ -13,15 +12,19 @@ using Short8 = std::int16_t __attribute__((vector_size(16)));
 
 template <std::size_t pixel_bytes>
 Short8 load(const std::uint8_t* at) {
-    Byte8 bytes{};
-    std::memcpy(&bytes, at, pixel_bytes);
-    return __builtin_convertvector(bytes, Short8);
+    std::uint64_t bytes = 0; // by shifts: a copy of three bytes would go through memory
+    for (std::size_t i = 0; i < pixel_bytes; ++i) {
+        bytes |= std::uint64_t{at[i]} << (8 * i);
+    }
+    return __builtin_convertvector(std::bit_cast<Byte8>(bytes), Short8);
 }
 
 template <std::size_t pixel_bytes>
 void store(std::uint8_t* at, Short8 values) {
-    const Byte8 bytes = __builtin_convertvector(values, Byte8); // modulo 256
-    std::memcpy(at, &bytes, pixel_bytes);
+    const auto bytes = std::bit_cast<std::uint64_t>(__builtin_convertvector(values, Byte8)); // modulo 256
+    for (std::size_t i = 0; i < pixel_bytes; ++i) {
+        at[i] = static_cast<std::uint8_t>(bytes >> (8 * i));
+    }
 }
 
 Short8 magnitude(Short8 x) {
@@ -42,24 +45,27 @@ Short8 paeth(Short8 left, Short8 up, Short8 up_left) {
     return chosen(is_left, left, chosen(to_up <= to_up_left, up, up_left));
 }
 
-template <std::size_t pixel_bytes>
-void undo(int type, std::uint8_t* row, const std::uint8_t* above, std::size_t row_bytes) {
+template <std::size_t pixel_bytes, typename Predict>
+void undo(std::uint8_t* row, const std::uint8_t* above, std::size_t row_bytes, Predict predict) {
     Short8 left{};
     Short8 up_left{};
     const Short8 low_byte = Short8{} + 255;
     for (std::size_t i = 0; i + pixel_bytes <= row_bytes; i += pixel_bytes) {
         const Short8 up = load<pixel_bytes>(above + i);
-        Short8 value = load<pixel_bytes>(row + i);
-        if (type == 1) {
-            value += left;
-        } else if (type == 3) {
-            value += (left + up) >> 1;
-        } else {
-            value += paeth(left, up, up_left);
-        }
-        left = value & low_byte;
+        left = (load<pixel_bytes>(row + i) + predict(left, up, up_left)) & low_byte;
         up_left = up;
         store<pixel_bytes>(row + i, left);
+    }
+}
+
+template <std::size_t pixel_bytes>
+void undo(int type, std::uint8_t* row, const std::uint8_t* above, std::size_t row_bytes) {
+    if (type == 1) {
+        undo<pixel_bytes>(row, above, row_bytes, [](Short8 left, Short8, Short8) { return left; });
+    } else if (type == 3) {
+        undo<pixel_bytes>(row, above, row_bytes, [](Short8 left, Short8 up, Short8) { return (left + up) >> 1; });
+    } else {
+        undo<pixel_bytes>(row, above, row_bytes, paeth);
     }
 }
 

@@ -340,6 +340,40 @@ void write_review(const Source& reference, const Source& candidate, const Settin
     }
 }
 
+void visit_pairs(const Source& reference, const Source& candidate, const Settings& settings, const FilmTools* films,
+                 const UsePair& use) {
+    PairMemory memory;
+    const auto check_interrupt = [&settings] {
+        if (settings.is_interrupted()) {
+            fail_interrupted();
+        }
+    };
+    if (reference.kind == SourceKind::film || candidate.kind == SourceKind::film) {
+        CHECK(films != nullptr);
+        visit_films(reference, candidate, *films, memory, [&](std::int64_t, bool has_a, bool has_b) {
+            check_interrupt();
+            Frame frame;
+            if (has_a && has_b) {
+                compare_pictures(settings.pair, memory, frame);
+            }
+            use(memory, has_a, has_b, frame);
+        });
+        return;
+    }
+    for (const std::string& name : frame_names(reference, candidate)) {
+        check_interrupt();
+        Frame frame;
+        const PairPaths paths{path_in(reference, name), path_in(candidate, name)};
+        compare_files(paths, settings.pair, memory, frame);
+        if (frame.status == Status::compared && memory.a.width == 0) {
+            // Equal files were not decoded.
+            decode_picture(memory.file_a, name, settings.pair.accepted, memory.a, memory.reader);
+            memory.b = memory.a;
+        }
+        use(memory, memory.a.width > 0, memory.b.width > 0, frame);
+    }
+}
+
 void sum_up(Comparison& comparison) {
     comparison.cases_of_tier = {};
     comparison.failed_cases = 0;

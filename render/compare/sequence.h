@@ -33,6 +33,12 @@ Case compare_sources(const std::string& name, const Source& reference, const Sou
 void write_review(const Source& reference, const Source& candidate, const Settings& settings,
                   const ReviewSettings& review, const FilmTools* films, Case& result);
 
+/// Calls use(memory, has_a, has_b, frame) for all pairs in order, with their pictures in memory.a and memory.b and
+/// what differs in memory.map, unless frame.tier is identical. Throws Error (io).
+using UsePair = std::function<void(const PairMemory&, bool has_a, bool has_b, const Frame& frame)>;
+void visit_pairs(const Source& reference, const Source& candidate, const Settings& settings, const FilmTools* films,
+                 const UsePair& use);
+
 /// Counts, and the exit code of the whole.
 void sum_up(Comparison& comparison);
 

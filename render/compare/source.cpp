@@ -30,7 +30,7 @@ std::vector<std::string> picture_names(const fs::path& folder) {
     std::vector<std::string> names;
     std::error_code error;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-        if (is_picture_name(entry.path())) {
+        if (is_picture_name(entry.path()) && !entry.path().stem().string().ends_with(".bodies")) {
             names.push_back(entry.path().filename().string());
         }
     }

@@ -23,9 +23,21 @@ public:
     virtual double fps() const = 0;
 };
 
-/// Films are read by a codec that this library does not know.
+/// Pictures -> film.
+class FilmWriter {
+public:
+    virtual ~FilmWriter() = default;
+    /// Throws Error (io).
+    virtual void add(const Picture& picture) = 0;
+    /// Without it nothing is left behind. Throws Error (io).
+    virtual void finish() = 0;
+};
+
+/// Films are read and written by a codec that this library does not know.
 struct FilmTools {
     std::function<std::unique_ptr<FilmReader>(const std::filesystem::path&)> open;
+    /// width, height [px] of all pictures.
+    std::function<std::unique_ptr<FilmWriter>(const std::filesystem::path&, int width, int height, double fps)> create;
 };
 
 enum class SourceKind { missing, picture, frames, film };
