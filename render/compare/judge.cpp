@@ -21,9 +21,15 @@ constexpr int faint_levels = 4;
 /// Clusters are pixels whose smooth difference is above this.
 constexpr int cluster_levels = 8;
 /// A shift counts if it explains this share of a cluster of at least so many pixels: fits to the noise of edges
-/// are worse or smaller.
+/// are worse or smaller. What is large may have reflections that do not move with it.
 constexpr double least_explained = 0.55;
 constexpr std::int64_t least_cluster_pixels = 30;
+constexpr double least_explained_of_large = 0.4;
+constexpr std::int64_t large_cluster_pixels = 100;
+bool is_explained(const Area& area, const Displacement& u) {
+    return area.pixels >= least_cluster_pixels &&
+           u.explained >= (area.pixels >= large_cluster_pixels ? least_explained_of_large : least_explained);
+}
 /// Clusters larger than this [px] are fitted in parts too: one thing may have moved among noise.
 constexpr int part_side = 48;
 /// Fits of one picture at most. One takes 0.1 to 0.4 ms.
@@ -83,8 +89,7 @@ private:
         const auto fit = [&](const Area& area) {
             --fits_left;
             const Displacement u = fit_displacement(map_, area, search_reach);
-            if (u.explained >= least_explained && area.pixels >= least_cluster_pixels &&
-                std::hypot(u.x, u.y) > std::hypot(farthest.x, farthest.y)) {
+            if (is_explained(area, u) && std::hypot(u.x, u.y) > std::hypot(farthest.x, farthest.y)) {
                 farthest = u;
                 place = area.box;
             }
@@ -120,7 +125,7 @@ private:
     }
 
     ClusterKind kind_of(const Area& area, const Displacement& u) const {
-        if (u.explained >= least_explained && std::hypot(u.x, u.y) > limits_[GateId::displacement].value) {
+        if (is_explained(area, u) && std::hypot(u.x, u.y) > limits_[GateId::displacement].value) {
             return ClusterKind::moved;
         }
         if (excess_pixels(area) <= limits_[GateId::spot].value) {
