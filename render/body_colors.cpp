@@ -74,8 +74,8 @@ void BodyColors::name_categories() {
     }
 }
 
-/// What most bodies can be expected to stay in: the speed of a fall from a quarter of the highest body's height, so many
-/// contacts, or the load of so many bodies.
+/// What most bodies can be expected to stay in: the speed of a fall from a quarter of the highest body's
+/// height, so many contacts, or the load of so many bodies.
 std::array<double, 2> BodyColors::chosen_range() const {
     double height = 0.0;
     double mass = 0.0;
@@ -88,9 +88,10 @@ std::array<double, 2> BodyColors::chosen_range() const {
         }
     }
     const double g = scene_.step.gravity.norm();
-    const double upper = scene_.overlay.color_by == sim::ColorBy::speed      ? std::sqrt(0.5 * g * height)
-                         : scene_.overlay.color_by == sim::ColorBy::contacts ? usual_contacts
-                         : usual_load * mass / std::max(count, 1.0) * g * scene_.step.time_step.value();
+    const double upper = scene_.overlay.color_by == sim::ColorBy::speed ? std::sqrt(0.5 * g * height)
+                         : scene_.overlay.color_by == sim::ColorBy::contacts
+                             ? usual_contacts
+                             : usual_load * mass / std::max(count, 1.0) * g * scene_.step.time_step.value();
     return nice_range(0.0, upper > 0.0 ? upper : 1.0);
 }
 

@@ -34,7 +34,8 @@ std::vector<std::array<glm::vec2, 2>> dashes(std::span<const glm::vec2> points, 
         }
         for (float at = 0.0f; at < length;) {
             const float phase = std::fmod(travelled + at, 2.0f * dash);
-            const float end = std::min(length, at + std::max(1e-3f, (phase < dash ? dash : 2.0f * dash) - phase));
+            const float end =
+                std::min(length, at + std::max(1e-3f, (phase < dash ? dash : 2.0f * dash) - phase));
             if (phase < dash) {
                 pieces.push_back({points[i] + along * (at / length), points[i] + along * (end / length)});
             }
@@ -70,7 +71,8 @@ template <class Coverage>
 void Canvas::fill(const Box& box, const Paint& paint, const Coverage& coverage) {
     for (int y = box.y0; y < box.y1; ++y) {
         for (int x = box.x0; x < box.x1; ++x) {
-            const float share = coverage(glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
+            const float share =
+                coverage(glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
             if (share > 0.0f) {
                 blend(x, y, paint, share);
             }
@@ -84,9 +86,9 @@ void Canvas::cover_segment(const Box& box, const glm::vec2& a, const glm::vec2& 
     for (int y = std::max(part.y0, box.y0); y < std::min(part.y1, box.y1); ++y) {
         for (int x = std::max(part.x0, box.x0); x < std::min(part.x1, box.x1); ++x) {
             const glm::vec2 p(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-            float& covered = coverage_[static_cast<std::size_t>(y - box.y0) *
-                                           static_cast<std::size_t>(box.x1 - box.x0) +
-                                       static_cast<std::size_t>(x - box.x0)];
+            float& covered =
+                coverage_[static_cast<std::size_t>(y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) +
+                          static_cast<std::size_t>(x - box.x0)];
             covered = std::max(covered, inside(half_width - segment_distance(p, a, b)));
         }
     }
@@ -108,7 +110,8 @@ void Canvas::stroke(std::span<const glm::vec2> points, const Pen& pen) {
     if (box.x0 >= box.x1 || box.y0 >= box.y1) {
         return;
     }
-    coverage_.assign(static_cast<std::size_t>(box.x1 - box.x0) * static_cast<std::size_t>(box.y1 - box.y0), 0.0f);
+    coverage_.assign(static_cast<std::size_t>(box.x1 - box.x0) * static_cast<std::size_t>(box.y1 - box.y0),
+                     0.0f);
     for (const std::array<glm::vec2, 2>& piece : dashes(points, pen.dash)) {
         cover_segment(box, piece[0], piece[1], half_width);
     }
@@ -147,7 +150,8 @@ void Canvas::arrow(const glm::vec2& from, const glm::vec2& to, float head, const
     const float half_width = 0.5f * std::max(pen.width, 1.0f);
     const float reach = half_head + half_width + 1.0f;
     fill(clipped(glm::min(from, to) - reach, glm::max(from, to) + reach), pen.paint, [&](const glm::vec2& p) {
-        const float shaft = length > head_length ? inside(half_width - segment_distance(p, from, neck)) : 0.0f;
+        const float shaft =
+            length > head_length ? inside(half_width - segment_distance(p, from, neck)) : 0.0f;
         const float s = glm::dot(p - neck, along); // 0 at the neck, head_length at the tip
         const float side = std::abs((p - neck).x * along.y - (p - neck).y * along.x);
         const float slant = half_head / std::sqrt(half_head * half_head + head_length * head_length);
@@ -161,7 +165,8 @@ void Canvas::panel(const glm::vec2& lower, const glm::vec2& upper, float radius,
     const glm::vec2 half = 0.5f * (upper - lower) - radius;
     fill(clipped(lower - 1.0f, upper + 1.0f), paint, [&](const glm::vec2& p) {
         const glm::vec2 q = glm::abs(p - center) - half;
-        return inside(radius - glm::length(glm::max(q, glm::vec2(0.0f))) - std::min(std::max(q.x, q.y), 0.0f));
+        return inside(radius - glm::length(glm::max(q, glm::vec2(0.0f))) -
+                      std::min(std::max(q.x, q.y), 0.0f));
     });
 }
 

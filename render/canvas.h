@@ -1,6 +1,7 @@
 #pragma once
-/// Smooth lines, discs, arrows and panels blended into a picture on the CPU. Positions in pixels from the top left
-/// corner, pixel centres at halves. Colours are display values; the same calls give the same bytes everywhere.
+/// Smooth lines, discs, arrows and panels blended into a picture on the CPU. Positions in pixels from the top
+/// left corner, pixel centres at halves. Colours are display values; the same calls give the same bytes
+/// everywhere.
 #include "render/image.h"
 
 #include <glm/glm.hpp>
@@ -42,7 +43,8 @@ public:
     /// A rectangle with round corners.
     void panel(const glm::vec2& lower, const glm::vec2& upper, float radius, const Paint& paint);
     /// Coverage 0..255 [height * width] whose first pixel is (x, y).
-    void mask(int x, int y, int width, int height, std::span<const std::uint8_t> coverage, const Paint& paint);
+    void mask(int x, int y, int width, int height, std::span<const std::uint8_t> coverage,
+              const Paint& paint);
 
 private:
     /// Pixels x0 .. x1 - 1, y0 .. y1 - 1.

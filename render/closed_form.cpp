@@ -43,7 +43,7 @@ SlidingBlock sliding_block(const sim::SceneDef& scene, int body, int incline) {
     const Vec3 downhill = Vec3(g.x(), g.y(), 0.0);
     SlidingBlock result;
     result.speed = block.velocity.norm();
-    const Vec3 along = result.speed > 0.0 ? Vec3(plane_from_world * block.velocity / result.speed)
+    const Vec3 along = result.speed > 0.0      ? Vec3(plane_from_world * block.velocity / result.speed)
                        : downhill.norm() > 0.0 ? Vec3(downhill.normalized())
                                                : Vec3(Vec3::UnitX());
     result.acceleration = g.dot(along) - of_pair(block.material.mu_d, plane.material.mu_d) * pressing;

@@ -4,8 +4,8 @@
 
 namespace render {
 
-/// A body that slides straight up or down an incline under gravity and Coulomb friction: constant deceleration
-/// until it stops, and rest if static friction holds it there.
+/// A body that slides straight up or down an incline under gravity and Coulomb friction: constant
+/// deceleration until it stops, and rest if static friction holds it there.
 struct SlidingBlock {
     double speed = 0.0;        ///< [m/s] at the start
     double acceleration = 0.0; ///< [m/s^2] along the start's velocity

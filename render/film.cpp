@@ -60,8 +60,8 @@ std::string frame_file_name(std::int64_t frame) {
 }
 
 Film::Film(const sim::SceneDef& scene, const FilmSettings& settings)
-    : scene_(scene), settings_(settings), note_taker_(scene), states_(states_ahead), for_png_(pictures_ahead(scene.output)),
-      for_video_(pictures_ahead(scene.output)) {}
+    : scene_(scene), settings_(settings), note_taker_(scene), states_(states_ahead),
+      for_png_(pictures_ahead(scene.output)), for_video_(pictures_ahead(scene.output)) {}
 
 void Film::start(ThreadGroup& threads) {
     threads.on_stop([this] {

@@ -20,8 +20,8 @@ constexpr double spacing_on_body = 0.01;
 /// A contact that moves farther in one go, in distances from the body's centre, is another contact.
 constexpr double largest_jump = 0.3;
 
-/// Adds a point to a path. The last point is always the present one: it is moved until it lies `spacing` from the
-/// one before.
+/// Adds a point to a path. The last point is always the present one: it is moved until it lies `spacing` from
+/// the one before.
 void extend(Path& path, const PathPoint& point, double spacing) {
     const std::size_t count = path.size();
     if (count >= 2 && (path[count - 1].at - path[count - 2].at).norm() < spacing) {
@@ -152,9 +152,9 @@ void NoteTaker::observe_contacts(const sim::Snapshot& snapshot, ContactPath& pat
     const Vec3 at = strongest->point.cast<double>();
     const Vec3 on_body = body.orientation.conjugate() * (at - body.position);
     const double radius = on_body.norm();
-    const bool is_new = path.on_body.empty() ||
-                        (!path.on_body.back().empty() &&
-                         (path.on_body.back().back().at - on_body).norm() > largest_jump * radius);
+    const bool is_new =
+        path.on_body.empty() || (!path.on_body.back().empty() &&
+                                 (path.on_body.back().back().at - on_body).norm() > largest_jump * radius);
     if (is_new) {
         path.on_body.emplace_back();
         path.in_world.emplace_back();

@@ -17,7 +17,7 @@ using Curve = std::vector<CurvePoint>;
 
 /// Where a point was at one time.
 struct PathPoint {
-    double time = 0.0; ///< [s]
+    double time = 0.0;                ///< [s]
     sim::Vec3 at = sim::Vec3::Zero(); ///< [m]
 };
 /// Without a gap.
@@ -25,8 +25,8 @@ using Path = std::vector<PathPoint>;
 
 /// Where a body was touched: of several contacts the one with the largest normal impulse.
 struct ContactPath {
-    int body = -1;              ///< index into bodies
-    std::vector<Path> on_body;  ///< in the body frame
+    int body = -1;             ///< index into bodies
+    std::vector<Path> on_body; ///< in the body frame
     std::vector<Path> in_world;
 };
 
@@ -52,8 +52,8 @@ std::vector<double> plot_values(const sim::SceneDef& scene, const sim::PlotDef& 
 /// Bodies with trails and contact paths.
 std::vector<int> path_bodies(const sim::SceneDef& scene);
 
-/// Sees all states of a film in order, those between frames too. Its memory grows with the length of the paths, not
-/// with the number of states.
+/// Sees all states of a film in order, those between frames too. Its memory grows with the length of the
+/// paths, not with the number of states.
 class NoteTaker {
 public:
     /// `scene` must outlive it.

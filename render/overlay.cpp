@@ -22,8 +22,8 @@ using sim::Vec3;
 constexpr float least_height = 320.0f;
 /// A point counts as hidden if what is before it is nearer to the camera by this share of the distance.
 constexpr float depth_tolerance = 0.004f;
-/// Length of normals, and of the arrow of the impulse that carries a column of mean bodies, as high as the cube of all
-/// of them, for one step; in view distances.
+/// Length of normals, and of the arrow of the impulse that carries a column of mean bodies, as high as the
+/// cube of all of them, for one step; in view distances.
 constexpr double normal_in_views = 0.022;
 constexpr double arrow_in_views = 0.05;
 /// Opacity of what lies behind bodies.
@@ -60,8 +60,8 @@ std::string energy_text(double joule) {
     }
     const int digits = value >= 99.95 ? 0 : value >= 9.995 ? 1 : 2;
     const bool is_zero = joule == 0.0 || value < 0.005;
-    return fmt::format("{}{:.{}f} {}J", joule < 0.0 && !is_zero ? "\u2212" : "", is_zero ? 0.0 : value, digits,
-                       is_zero ? "" : prefixes[power + 3]);
+    return fmt::format("{}{:.{}f} {}J", joule < 0.0 && !is_zero ? "\u2212" : "", is_zero ? 0.0 : value,
+                       digits, is_zero ? "" : prefixes[power + 3]);
 }
 
 /// 12345 -> "12 345".
@@ -115,7 +115,8 @@ public:
         result.is_before_camera = true;
         result.at = {(0.5f + 0.5f * clip.x / clip.w) * width, (0.5f - 0.5f * clip.y / clip.w) * height};
         if (result.at.x >= 0.0f && result.at.x < width && result.at.y >= 0.0f && result.at.y < height) {
-            const std::size_t row = static_cast<std::size_t>(picture_.height - 1 - static_cast<int>(result.at.y));
+            const std::size_t row =
+                static_cast<std::size_t>(picture_.height - 1 - static_cast<int>(result.at.y));
             const float before = picture_.depth[row * static_cast<std::size_t>(picture_.width) +
                                                 static_cast<std::size_t>(result.at.x)];
             result.is_visible = clip.z / clip.w >= before * (1.0f - depth_tolerance);
@@ -123,8 +124,8 @@ public:
         return result;
     }
 
-    /// A line through points of the world, over a darker rim; hidden parts are faint. `alpha`: by the number of
-    /// a point.
+    /// A line through points of the world, over a darker rim; hidden parts are faint. `alpha`: by the number
+    /// of a point.
     template <class Alpha>
     void stroke(Canvas& canvas, std::span<const glm::vec3> points, Pen pen, const Alpha& alpha) const {
         // Pieces of one opacity.
@@ -168,9 +169,9 @@ private:
 };
 
 Overlay::Overlay(const sim::SceneDef& scene)
-    : scene_(scene), colors_(scene), has_contacts_(scene.overlay.shows(Shown::points) ||
-                                                   scene.overlay.shows(Shown::normals) ||
-                                                   scene.overlay.shows(Shown::impulses)),
+    : scene_(scene), colors_(scene),
+      has_contacts_(scene.overlay.shows(Shown::points) || scene.overlay.shows(Shown::normals) ||
+                    scene.overlay.shows(Shown::impulses)),
       has_paths_(scene.overlay.shows(Shown::trails) || scene.overlay.shows(Shown::contact_paths)),
       has_text_((scene.overlay.shows(Shown::title) && !scene.title.empty()) ||
                 scene.overlay.shows(Shown::time) || scene.overlay.shows(Shown::contacts) ||
@@ -193,7 +194,8 @@ Overlay::Overlay(const sim::SceneDef& scene)
     }
 }
 
-void Overlay::draw(Image& image, const sim::Snapshot& snapshot, const Notes& notes, const DepthPicture& depth) {
+void Overlay::draw(Image& image, const sim::Snapshot& snapshot, const Notes& notes,
+                   const DepthPicture& depth) {
     scale_ = std::max(static_cast<float>(image.height), least_height) / 720.0f;
     Canvas canvas(image);
     if (needs_depth()) {
@@ -249,7 +251,8 @@ void Overlay::draw_paths(Canvas& canvas, const Projection& projection, const sim
     }
 }
 
-void Overlay::draw_contacts(Canvas& canvas, const Projection& projection, const sim::Snapshot& snapshot) const {
+void Overlay::draw_contacts(Canvas& canvas, const Projection& projection,
+                            const sim::Snapshot& snapshot) const {
     const bool has_points = scene_.overlay.shows(Shown::points);
     const bool has_normals = scene_.overlay.shows(Shown::normals);
     const bool has_impulses = scene_.overlay.shows(Shown::impulses);
@@ -271,12 +274,14 @@ void Overlay::draw_contacts(Canvas& canvas, const Projection& projection, const 
             }
         };
         if (has_normals) {
-            const glm::vec3 along = side * static_cast<float>(normal_in_views * view_) * to_glm(contact.normal);
+            const glm::vec3 along =
+                side * static_cast<float>(normal_in_views * view_) * to_glm(contact.normal);
             line_to(point + along, {{{1.0f, 1.0f, 1.0f}, 0.9f * alpha}, 1.3f * scale_, 0.0f}, 0.0f);
         }
         if (has_impulses) {
             const glm::vec3 along = side * static_cast<float>(arrow_scale_) * to_glm(contact.impulse);
-            line_to(point + along, {{dark, 0.45f * std::max(alpha, 0.5f)}, 3.6f * scale_, 0.0f}, 11.0f * scale_);
+            line_to(point + along, {{dark, 0.45f * std::max(alpha, 0.5f)}, 3.6f * scale_, 0.0f},
+                    11.0f * scale_);
             line_to(point + along, {{color, std::max(alpha, 0.5f)}, 2.0f * scale_, 0.0f}, 9.0f * scale_);
         }
         if (has_points) {
@@ -486,12 +491,13 @@ void Overlay::draw_scale(Canvas& canvas, const glm::vec2& at, float width) {
     const float top = at.y + std::round(1.35f * size);
     const float bottom = top + std::round(10.0f * scale_);
     for (float x = 0.0f; x < width; x += 1.0f) {
-        canvas.panel({at.x + x, top}, {at.x + x + 1.0f, bottom}, 0.0f, {scale_color((x + 0.5f) / width), 1.0f});
+        canvas.panel({at.x + x, top}, {at.x + x + 1.0f, bottom}, 0.0f,
+                     {scale_color((x + 0.5f) / width), 1.0f});
     }
     for (double k = std::ceil(range[0] / spacing - 1e-9); k * spacing <= range[1] + 1e-9 * spacing; ++k) {
         const auto share = static_cast<float>((k * spacing - range[0]) / (range[1] - range[0]));
-        font_.draw(canvas, {at.x + share * width, bottom + 1.15f * size}, size, tick_text(k * spacing, spacing),
-                   dim_paint(), TextAlign::center);
+        font_.draw(canvas, {at.x + share * width, bottom + 1.15f * size}, size,
+                   tick_text(k * spacing, spacing), dim_paint(), TextAlign::center);
     }
 }
 
@@ -503,12 +509,14 @@ void Overlay::draw_contact_legend(Canvas& canvas) {
     const float inset = padding * scale_;
     const std::string names[] = {"sticking", "sliding"};
     const float width = font_.width(names[0], size) + font_.width(names[1], size) + 4.6f * size;
-    const glm::vec2 lower(edge * scale_, static_cast<float>(canvas.height()) - edge * scale_ - 2.0f * inset - 0.8f * size);
+    const glm::vec2 lower(edge * scale_,
+                          static_cast<float>(canvas.height()) - edge * scale_ - 2.0f * inset - 0.8f * size);
     canvas.panel(lower, {lower.x + width + 2.0f * inset, static_cast<float>(canvas.height()) - edge * scale_},
                  8.0f * scale_, panel_paint());
     glm::vec2 at = lower + inset;
     for (int i = 0; i < 2; ++i) {
-        canvas.disc(at + glm::vec2(0.4f * size), 0.42f * size, {i == 0 ? sticking_color : sliding_color, 1.0f});
+        canvas.disc(at + glm::vec2(0.4f * size), 0.42f * size,
+                    {i == 0 ? sticking_color : sliding_color, 1.0f});
         font_.draw(canvas, at + glm::vec2(1.3f * size, 0.76f * size), size, names[i], text_paint());
         at.x += font_.width(names[i], size) + 3.3f * size;
     }

@@ -89,8 +89,8 @@ void draw_names(Canvas& canvas, Font& font, const PlotPicture& plot, const Axes&
     }
     const float size = label_size * scale;
     for (const auto& [y, curve] : names) {
-        font.draw(canvas, {axes.upper.x + 9.0f * scale, y + 0.5f * Font::digit_height(size)}, size, curve->name,
-                  {curve->color, 1.0f});
+        font.draw(canvas, {axes.upper.x + 9.0f * scale, y + 0.5f * Font::digit_height(size)}, size,
+                  curve->name, {curve->color, 1.0f});
     }
 }
 
@@ -137,8 +137,8 @@ std::string tick_text(double value, double spacing) {
     return with_minus(text);
 }
 
-void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const glm::vec2& lower, const glm::vec2& upper,
-               float scale) {
+void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const glm::vec2& lower,
+               const glm::vec2& upper, float scale) {
     canvas.panel(lower, upper, 8.0f * scale, panel_paint());
     const float size = label_size * scale;
     const double rise = plot.tick > 0.0 ? plot.tick : tick_spacing(plot.range, 4);
@@ -168,8 +168,7 @@ void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const glm::v
     }
     // Over the curves: where both agree, both are seen.
     for (const PlotCurve& curve : plot.curves) {
-        canvas.stroke(axes.place(curve.reference),
-                      {{{1.0f, 1.0f, 1.0f}, 0.85f}, 1.1f * scale, 4.0f * scale});
+        canvas.stroke(axes.place(curve.reference), {{{1.0f, 1.0f, 1.0f}, 0.85f}, 1.1f * scale, 4.0f * scale});
     }
     for (const PlotCurve& curve : plot.curves) {
         if (!curve.points.empty()) {

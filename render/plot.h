@@ -36,8 +36,8 @@ std::array<double, 2> nice_range(double lower, double upper);
 std::string tick_text(double value, double spacing);
 
 /// Draws the plot and its panel; `scale` [px] is the size of 1/720 of a picture's height.
-void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const glm::vec2& lower, const glm::vec2& upper,
-               float scale);
+void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const glm::vec2& lower,
+               const glm::vec2& upper, float scale);
 
 /// The look that all panels share.
 Paint panel_paint();

@@ -23,7 +23,8 @@ using sim::ExitCode;
 constexpr int sheet_width = 1920;
 constexpr int sheet_gap = 8;
 constexpr std::uint8_t sheet_gray = 20;
-/// Width of the animation at most [px], its pictures a second, and libwebp's quality 0..100: 6 s have about 1 MB.
+/// Width of the animation at most [px], its pictures a second, and libwebp's quality 0..100: 6 s have about 1
+/// MB.
 constexpr int animation_width = 480;
 constexpr double animation_rate = 15.0;
 constexpr float animation_quality = 60.0f;
@@ -35,8 +36,8 @@ Image reduced_to_width(Image image, int width) {
     }
     const double scale = static_cast<double>(width) / image.width;
     Image small(width, std::max(1, static_cast<int>(std::lround(image.height * scale))));
-    CHECK(stbir_resize_uint8_srgb(image.rgb.data(), image.width, image.height, 0, small.rgb.data(), small.width,
-                                  small.height, 0, 3, STBIR_ALPHA_CHANNEL_NONE, 0) == 1);
+    CHECK(stbir_resize_uint8_srgb(image.rgb.data(), image.width, image.height, 0, small.rgb.data(),
+                                  small.width, small.height, 0, 3, STBIR_ALPHA_CHANNEL_NONE, 0) == 1);
     return small;
 }
 
@@ -117,9 +118,10 @@ std::array<std::string, 3> stills_names(const sim::SceneDef& scene) {
     return {scene.name + "_poster.png", scene.name + "_sheet.png", scene.name + ".webp"};
 }
 
-std::vector<sim::WrittenFile> make_stills(const sim::SceneDef& scene, const StillsSettings& settings,
-                                          const std::function<std::filesystem::path(std::int64_t)>& frame_path,
-                                          const std::filesystem::path& folder) {
+std::vector<sim::WrittenFile>
+make_stills(const sim::SceneDef& scene, const StillsSettings& settings,
+            const std::function<std::filesystem::path(std::int64_t)>& frame_path,
+            const std::filesystem::path& folder) {
     const std::array<std::string, 3> names = stills_names(scene);
     std::vector<sim::WrittenFile> files;
     const auto write = [&](const std::string& name, std::span<const std::uint8_t> bytes) {
@@ -130,7 +132,8 @@ std::vector<sim::WrittenFile> make_stills(const sim::SceneDef& scene, const Stil
     const std::int64_t count = sim::frame_count(scene.output.duration, scene.output.fps);
     const auto last = static_cast<double>(count - 1);
     if (settings.poster_time) {
-        write(names[0], encode_png(read_image(frame_path(std::llround(std::min(*settings.poster_time * fps, last))))));
+        write(names[0],
+              encode_png(read_image(frame_path(std::llround(std::min(*settings.poster_time * fps, last))))));
     }
     if (settings.sheet_count > 0) {
         const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(settings.sheet_count))));

@@ -1,6 +1,6 @@
 #pragma once
-/// What shows a film on a page, made from its frames: a poster, a sheet of frames side by side, a small animation
-/// (animated WebP, played for ever; sole user of libwebp).
+/// What shows a film on a page, made from its frames: a poster, a sheet of frames side by side, a small
+/// animation (animated WebP, played for ever; sole user of libwebp).
 #include "sim/file_io.h"
 #include "sim/scene_def.h"
 
@@ -26,8 +26,9 @@ struct StillsSettings {
 std::array<std::string, 3> stills_names(const sim::SceneDef& scene);
 
 /// Makes them in a folder from the PNG files of the whole film; same frames, same bytes. Throws Error (io).
-std::vector<sim::WrittenFile> make_stills(const sim::SceneDef& scene, const StillsSettings& settings,
-                                          const std::function<std::filesystem::path(std::int64_t)>& frame_path,
-                                          const std::filesystem::path& folder);
+std::vector<sim::WrittenFile>
+make_stills(const sim::SceneDef& scene, const StillsSettings& settings,
+            const std::function<std::filesystem::path(std::int64_t)>& frame_path,
+            const std::filesystem::path& folder);
 
 } // namespace render

@@ -71,8 +71,8 @@ const Font::Glyph& Font::glyph(int letter, float scale, int quarter) {
         const float shift = 0.25f * static_cast<float>(quarter);
         int x1 = 0;
         int y1 = 0;
-        stbtt_GetGlyphBitmapBoxSubpixel(&face_->info, letter, scale, scale, shift, 0.0f, &glyph.x, &glyph.y, &x1,
-                                        &y1);
+        stbtt_GetGlyphBitmapBoxSubpixel(&face_->info, letter, scale, scale, shift, 0.0f, &glyph.x, &glyph.y,
+                                        &x1, &y1);
         glyph.width = x1 - glyph.x;
         glyph.height = y1 - glyph.y;
         glyph.coverage.resize(static_cast<std::size_t>(glyph.width) * static_cast<std::size_t>(glyph.height));

@@ -8,8 +8,8 @@
 
 namespace sim {
 
-/// Contacts with a normal impulse, in the order of the pairs. time_step [s]: impulses are scaled to it where the
-/// step was divided.
+/// Contacts with a normal impulse, in the order of the pairs. time_step [s]: impulses are scaled to it where
+/// the step was divided.
 std::vector<ContactSnapshot> loaded_contacts(std::span<const PairContacts> pairs, double time_step);
 
 } // namespace sim

@@ -52,9 +52,10 @@ enum class PlotQuantity {
 struct PlotDef {
     std::string title;
     PlotQuantity quantity = PlotQuantity::energy;
-    std::vector<int> bodies;                    ///< indices into bodies, one curve each; energy, contacts: none
+    std::vector<int> bodies; ///< indices into bodies, one curve each; energy, contacts: none
     std::optional<std::array<double, 2>> range; ///< of the value axis; unset: grows with the values
-    int closed_form_on = -1; ///< index into bodies: the incline that the bodies slide down, for the closed form
+    int closed_form_on =
+        -1; ///< index into bodies: the incline that the bodies slide down, for the closed form
 };
 
 /// How much of the contacts a snapshot holds.

@@ -39,8 +39,8 @@ OverlayDef read_overlay(const TextSource& source, const TreeNode& node, const Bo
     return overlay;
 }
 
-PlotDef read_plot(const TextSource& source, const TreeNode& node, const std::string& title, const SceneDef& scene,
-                  const BodyFinder& find) {
+PlotDef read_plot(const TextSource& source, const TreeNode& node, const std::string& title,
+                  const SceneDef& scene, const BodyFinder& find) {
     Section section(source, node, scene_section("plot"), title);
     PlotDef plot;
     plot.title = section.text("title");

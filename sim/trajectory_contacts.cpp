@@ -17,7 +17,9 @@ constexpr ContactLayout counts_layout{"contact_count", 1, "1"};
 constexpr hsize_t chunk_rows = 1024;
 
 Eigen::Vector3f& vector_of(ContactSnapshot& contact, std::size_t layout) {
-    return layout == contact_point ? contact.point : layout == contact_normal ? contact.normal : contact.impulse;
+    return layout == contact_point    ? contact.point
+           : layout == contact_normal ? contact.normal
+                                      : contact.impulse;
 }
 
 /// Which rows of a table are meant.
@@ -78,8 +80,7 @@ void ContactWriter::append_rows(const Table& table, hid_t memory_type, hsize_t f
     checker_.check(H5Dset_extent(table.dataset.get(), size.data()));
     const Handle rows = select_rows(checker_, table.dataset.get(), first, count, table.columns);
     const Handle memory = memory_space(checker_, count, table.columns);
-    checker_.check(
-        H5Dwrite(table.dataset.get(), memory_type, memory.get(), rows.get(), H5P_DEFAULT, data));
+    checker_.check(H5Dwrite(table.dataset.get(), memory_type, memory.get(), rows.get(), H5P_DEFAULT, data));
 }
 
 void ContactWriter::append(const Snapshot& snapshot) {

@@ -92,7 +92,8 @@ TEST_F(overlay_program, poster_sheet_and_animation_come_from_the_same_run_and_fr
     EXPECT_EQ(sheet.height, 2 * 188 + 8);
     const render::Image last = render::read_image(folder / "a/block" / render::frame_file_name(7));
     const std::size_t corner = 3 * (static_cast<std::size_t>(196) * sheet.width + 336);
-    EXPECT_TRUE(std::equal(last.rgb.begin(), last.rgb.begin() + 3 * 320, sheet.rgb.begin() + static_cast<long>(corner)));
+    EXPECT_TRUE(std::equal(last.rgb.begin(), last.rgb.begin() + 3 * 320,
+                           sheet.rgb.begin() + static_cast<long>(corner)));
     EXPECT_EQ(bytes("a/block/block.webp").substr(0, 4), "RIFF");
     EXPECT_NE(bytes("a/block/block.webp").find("ANIM"), std::string::npos);
     // A later run without them leaves none behind.
@@ -101,7 +102,8 @@ TEST_F(overlay_program, poster_sheet_and_animation_come_from_the_same_run_and_fr
 }
 
 TEST_F(overlay_program, stills_without_the_frames_are_refused) {
-    for (const char* options : {"--poster 0 --no-png", "--sheet 4 --frames 0:3", "--sheet 0", "--poster -1"}) {
+    for (const char* options :
+         {"--poster 0 --no-png", "--sheet 4 --frames 0:3", "--sheet 0", "--poster -1"}) {
         const Outcome outcome = tumble("run block.toml " + std::string(options));
         EXPECT_EQ(outcome.code, 2) << options;
         expect_one_line(outcome.err);

@@ -34,8 +34,11 @@ sim::Snapshot rolled(const sim::SceneDef& scene, std::int64_t step, double t) {
     snapshot.step = step;
     snapshot.bodies[1].position = sim::Vec3(t, 0, 1);
     snapshot.bodies[1].orientation = sample::turn(t, sim::Vec3::UnitY());
-    snapshot.contacts.push_back({{0, 1}, Eigen::Vector3f(static_cast<float>(t), 0, 0), -Eigen::Vector3f::UnitZ(),
-                                 Eigen::Vector3f(0, 0, -1), true});
+    snapshot.contacts.push_back({{0, 1},
+                                 Eigen::Vector3f(static_cast<float>(t), 0, 0),
+                                 -Eigen::Vector3f::UnitZ(),
+                                 Eigen::Vector3f(0, 0, -1),
+                                 true});
     return snapshot;
 }
 
@@ -144,9 +147,9 @@ TEST(closed_form, a_block_slides_as_coulomb_says_and_stops) {
     const sim::Quat slope = sample::turn(angle, sim::Vec3::UnitY());
     const sim::Vec3 downhill = slope * sim::Vec3::UnitX();
     scene.bodies.push_back(sample::body(sim::Box{{5, 2, 0.1}}, {sim::Vec3(1, 2, 3), slope}, {}));
-    scene.bodies.push_back(sample::body(sim::Box{{0.1, 0.1, 0.1}},
-                                        {sim::Vec3(1, 2, 3) - 4.0 * downhill + slope * sim::Vec3(0, 0, 0.2), slope},
-                                        {}));
+    scene.bodies.push_back(
+        sample::body(sim::Box{{0.1, 0.1, 0.1}},
+                     {sim::Vec3(1, 2, 3) - 4.0 * downhill + slope * sim::Vec3(0, 0, 0.2), slope}, {}));
     scene.bodies[1].velocity = 2.0 * downhill;
     scene.bodies[1].material = {{}, 0.8, 0.8};
     const SlidingBlock stops = sliding_block(scene, 1, 0);
@@ -187,8 +190,8 @@ TEST(notes, of_several_contacts_the_strongest_is_followed) {
         sim::Snapshot snapshot = rolled(scene, i, 0.0);
         // The load moves from the lowest point to one at the side: two pieces, no line through the ball.
         snapshot.contacts[0].impulse.z() = -0.1f * static_cast<float>(10 - i);
-        snapshot.contacts.push_back({{0, 1}, {1, 0, 1}, -Eigen::Vector3f::UnitX(),
-                                     {-0.1f * static_cast<float>(i), 0, 0}, true});
+        snapshot.contacts.push_back(
+            {{0, 1}, {1, 0, 1}, -Eigen::Vector3f::UnitX(), {-0.1f * static_cast<float>(i), 0, 0}, true});
         taker.observe(snapshot);
     }
     const ContactPath path = taker.notes()->contact_paths.at(0);

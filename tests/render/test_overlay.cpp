@@ -34,7 +34,8 @@ sim::ContactSnapshot contact_at(float x, float y, float z, bool is_sticking) {
 }
 
 glm::vec3 pixel(const Image& image, int x, int y) {
-    const std::uint8_t* rgb = &image.rgb[3 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x))];
+    const std::uint8_t* rgb =
+        &image.rgb[3 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x))];
     return glm::vec3(rgb[0], rgb[1], rgb[2]) / 255.0f;
 }
 
@@ -96,7 +97,8 @@ TEST(overlay, impulses_point_the_way_the_moving_body_is_pushed) {
     sim::Snapshot snapshot = sample::start(scene);
     snapshot.contacts = {contact_at(0, -1, 1, true)}; // 1 N s down on the floor, up on the cube
     const Pair pair = draw(scene, snapshot);
-    EXPECT_GT(glm::length(pixel(pair.drawn, width / 2, height / 2 - 20) - pixel(pair.plain, width / 2, height / 2 - 20)),
+    EXPECT_GT(glm::length(pixel(pair.drawn, width / 2, height / 2 - 20) -
+                          pixel(pair.plain, width / 2, height / 2 - 20)),
               0.1f);
     EXPECT_EQ(pixel(pair.drawn, width / 2, height / 2 + 20), pixel(pair.plain, width / 2, height / 2 + 20));
 }
@@ -171,14 +173,15 @@ TEST(body_colors, equal_materials_share_a_colour_and_a_line_of_the_legend) {
     EXPECT_EQ(colors.entries()[1].text, "e 0.5  \u03bc 0.1");
 }
 
-// Brightness rises along the scale, so that it can be read without seeing hues; the categories differ in it or
-// in blueness.
+// Brightness rises along the scale, so that it can be read without seeing hues; the categories differ in it
+// or in blueness.
 TEST(palette, scale_rises_in_lightness_throughout) {
     const auto lightness = [](const glm::vec3& display) {
         return glm::dot(linear_from_display(display), glm::vec3(0.2126f, 0.7152f, 0.0722f));
     };
     for (int i = 0; i < 64; ++i) {
-        EXPECT_LT(lightness(scale_color(static_cast<float>(i) / 64)), lightness(scale_color(static_cast<float>(i + 1) / 64)));
+        EXPECT_LT(lightness(scale_color(static_cast<float>(i) / 64)),
+                  lightness(scale_color(static_cast<float>(i + 1) / 64)));
     }
     EXPECT_NEAR(display_from_linear(linear_from_display(glm::vec3(0.3f)))[1], 0.3f, 1e-6f);
 }

@@ -19,7 +19,8 @@ Ink ink_of(Font& font, std::string_view text, float size) {
     Ink ink;
     for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
-            const int value = image.rgb[3 * (static_cast<std::size_t>(y) * 400 + static_cast<std::size_t>(x))];
+            const int value =
+                image.rgb[3 * (static_cast<std::size_t>(y) * 400 + static_cast<std::size_t>(x))];
             if (value > 0) {
                 ink.top = ink.top < 0 ? y : ink.top;
                 ink.bottom = y;
