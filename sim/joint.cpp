@@ -170,13 +170,15 @@ void JointSolver::target_rest() {
 
 double JointSolver::target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
                                   std::span<const Velocity> velocity, double h, double share) {
-    double largest = 0.0;
+    double largest = 0.0, square = 0.0;
     std::size_t next = 0;
     const auto set = [&](double gap) {
         Row& row = rows_[next++];
         const double error = gap - (1.0 - share) * row.gap;
         row.target = row_velocity(row, velocity) - error / h;
-        largest = std::max(largest, std::abs(error));
+        const bool is_of_anchors = row.index < 3; // their distance counts, not its components
+        square = error * error + (is_of_anchors && row.index > 0 ? square : 0.0);
+        largest = std::max(largest, std::sqrt(square));
     };
     for_each_gap(joints, predicted, set);
     return largest;

@@ -3,6 +3,7 @@
 #include "sim/error.h"
 #include "sim/file_io.h"
 #include "sim/scene_body.h"
+#include "sim/scene_bounds.h"
 #include "sim/scene_layer.h"
 #include "sim/scene_overlap.h"
 #include "sim/scene_pattern.h"
@@ -330,6 +331,20 @@ void check_overlaps(const Loading& loading) {
             loading.scene.step.tolerance));
 }
 
+/// No quantity may be beyond what can be computed to the tolerances.
+void check_bounds(const Loading& loading, const TreeNode& simulation) {
+    const std::optional<Excess> excess = find_excess(loading.scene);
+    if (!excess) {
+        return;
+    }
+    if (excess->body < 0) {
+        const TreeNode* value = simulation.find(excess->key);
+        fail_at(loading.source, value != nullptr ? value->place : simulation.place, excess->message);
+    }
+    const BodyPlaces& places = loading.places[static_cast<std::size_t>(excess->body)];
+    fail_at(loading.source, excess->key == "position" ? places.position : places.name, excess->message);
+}
+
 /// "scenes/funnel.toml" -> "funnel".
 std::string stem_of(const std::string& file) {
     return std::filesystem::path(file).stem().string();
@@ -372,6 +387,7 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     for (const TreeNode* node : top.tables("plot")) {
         scene.plots.push_back(read_plot(source, *node, fmt::format("plot {}", index++), scene, find));
     }
+    check_bounds(loading, table("simulation"));
     check_overlaps(loading);
     scene.text = text;
     scene.overrides = source.assignments;

@@ -1,0 +1,21 @@
+#pragma once
+/// What of a scene double precision cannot compute to the scene's tolerances: looked for once, when it is
+/// loaded.
+#include "sim/scene_def.h"
+
+#include <optional>
+#include <string>
+
+namespace sim {
+
+/// The first quantity of a scene beyond its bound.
+struct Excess {
+    int body = -1;       ///< index into bodies; -1: of the simulation or of a joint
+    std::string key;     ///< the key that is to blame
+    std::string message; ///< one sentence: the quantity, its value and the bound
+};
+
+/// Nothing if all quantities are within the bounds that follow from rounding, tolerances and the step.
+std::optional<Excess> find_excess(const SceneDef& scene);
+
+} // namespace sim
