@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace sim {
 namespace {
@@ -258,6 +259,17 @@ void edge_contact(const PlacedBox& a, const PlacedBox& b, const Frames& f, const
     contacts.push_back(contact);
 }
 
+/// Where a face of either box separates them alike, the normal is the one in the middle: two boxes that lean against
+/// each other as mirror images push each other along the mirror's normal. The contacts are those of a face of a.
+void take_middle_normal(const PlacedBox& a, const PlacedBox& b, const Vec3& sum_of_normals,
+                        std::span<Contact> contacts) {
+    const Vec3 direction = -(a.world_from_body.orientation.conjugate() * sum_of_normals.normalized());
+    for (Contact& contact : contacts) {
+        contact.feature.direction_a = direction;
+        contact.at = contact_geometry(contact.feature, a.world_from_body, b.world_from_body);
+    }
+}
+
 } // namespace
 
 BoxAxes box_box_axes(const PlacedBox& a, const PlacedBox& b) {
@@ -291,6 +303,10 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axe
         face_contacts(a, b, f, true, face_a, margin, id_base, contacts);
     } else {
         face_contacts(b, a, f, false, face_b, margin, id_base, contacts);
+    }
+    if (!edges_touch && std::abs(face_a.separation - face_b.separation) <= slack) {
+        const Vec3 sum = f.axes_a.col(face_a.index) * face_a.side + f.axes_b.col(face_b.index) * face_b.side;
+        take_middle_normal(a, b, sum, std::span(contacts).subspan(first));
     }
     if (edges_touch) {
         // The crossing edges keep the faces' corners apart, which lie beyond the other face's rim.

@@ -120,6 +120,26 @@ TEST(box_box, crossing_edges_touch_in_one_point) {
     EXPECT_LE((contacts[0].at.b - Vec3(0, -0.2, half_diagonal)).norm(), rounding);
 }
 
+TEST(box_box, cubes_that_lean_against_each_other_as_mirror_images_push_along_the_mirrors_normal) {
+    for (const double tilt : {1e-4, 0.02, 0.3}) {
+        const double half_width = 0.5 * (std::cos(tilt) + std::sin(tilt)); // of a tilted cube, to its upper edge
+        const PlacedBox left = cube_at({-half_width - 5e-4, 0, 0}, about(Vec3::UnitY(), tilt));
+        const PlacedBox right = cube_at({half_width + 5e-4, 0, 0}, about(Vec3::UnitY(), -tilt));
+        const std::vector<Contact> contacts = contacts_of(left, right, 2e-3);
+        ASSERT_GE(contacts.size(), 2u) << tilt;
+        double least = 1.0;
+        for (const Contact& contact : contacts) {
+            EXPECT_LE((contact.at.n + Vec3::UnitX()).norm(), rounding) << tilt;
+            least = std::min(least, contact.at.gap);
+        }
+        // The points lie inside both faces as seen along a's normal: up to tan^2 of the gap from the edges, or
+        // 5e-7 m beyond them, where corners that stick out so little count as inside.
+        const double tan_squared = std::tan(tilt) * std::tan(tilt);
+        EXPECT_LE(least, 1e-3 / (1 - tan_squared) + rounding) << tilt;
+        EXPECT_GE(least, 1e-3 - 5e-7) << tilt;
+    }
+}
+
 TEST(box_box, corner_over_a_face_touches_there) {
     // A cube on its corner: the diagonal is vertical.
     const Quat on_corner = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ());
