@@ -365,20 +365,27 @@ double solve_friction(const ContactBlock& block, Points points, const Mat6& w, V
 
 } // namespace
 
+Vec6 block_wrench(const ContactBlock& block, std::span<ContactPoint> points, Vec6 twist, double& change) {
+    Vec6 wrench = Vec6::Zero();
+    change = solve_normals(points, block.response, twist, wrench);
+    if (block.has_friction()) {
+        change = std::max(change, solve_friction(block, points, block.response, twist, wrench));
+    }
+    return wrench;
+}
+
 double solve_block(ContactBlock& block, std::span<ContactPoint> points, const Bodies& bodies,
                    std::span<Velocity> velocity, bool hold_a, bool hold_b) {
-    const bool held = hold_a || hold_b;
-    const Mat6 held_response = held ? block_response(block, bodies, hold_a, hold_b) : Mat6();
-    const Mat6& w = held ? held_response : block.response;
-    Vec6 twist = relative_twist(block, velocity);
-    Vec6 wrench = Vec6::Zero();
-    double largest = solve_normals(points, w, twist, wrench);
-    if (block.has_friction()) {
-        largest = std::max(largest, solve_friction(block, points, w, twist, wrench));
+    const auto a = static_cast<std::size_t>(block.a);
+    const auto b = static_cast<std::size_t>(block.b);
+    const Mat6 response = block.response;
+    if (hold_a || hold_b) {
+        block.response = block_response(block, bodies, hold_a, hold_b);
     }
+    double change = 0.0;
+    const Vec6 wrench = block_wrench(block, points, relative_twist(block, velocity), change);
+    block.response = response;
     if (!wrench.isZero(0.0)) {
-        const auto a = static_cast<std::size_t>(block.a);
-        const auto b = static_cast<std::size_t>(block.b);
         const Velocity kept_a = velocity[a];
         const Velocity kept_b = velocity[b];
         apply_wrench(block, wrench, bodies.props, bodies.inverse_inertia, velocity);
@@ -389,7 +396,7 @@ double solve_block(ContactBlock& block, std::span<ContactPoint> points, const Bo
             velocity[b] = kept_b;
         }
     }
-    return largest;
+    return change;
 }
 
 } // namespace sim

@@ -2,6 +2,7 @@
 
 #include "sim/time_of_impact.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sim {
@@ -57,6 +58,7 @@ void blend(std::span<const Velocity> from, std::span<const Velocity> to, double 
 bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts> pairs,
                               const StepSettings& settings, std::span<const Velocity> velocity, int pass) {
     const double threshold = resting_threshold(settings);
+    const bool stops_at_impacts = settings.impacts == ImpactHandling::stop;
     loop_.clear();
     energy_owed_ = 0.0;
     for (const PairContacts& pair : pairs) {
@@ -70,12 +72,13 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
         targets_.clear();
         for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
             const ContactGeometry& at = pair.manifold.contacts[i].at;
-            if (at.gap > touch_gap(settings)) {
-                continue;
-            }
             const Vec3 u_rel = velocity[a].at(at.a - bodies.pose[a].position) -
                                velocity[b].at(at.b - bodies.pose[b].position);
             double approach = -u_rel.dot(at.n);
+            const double soon = stops_at_impacts ? approach * shortest_interval(settings) : 0.0;
+            if (at.gap > std::max({touch_gap(settings), simultaneous_gap, soon})) {
+                continue;
+            }
             if (pass == 0) {
                 approach = std::max(approach, pair.memory[i].approach_speed);
             }
@@ -106,15 +109,19 @@ int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& veloci
                              const StepSettings& settings, bool& converged) {
     int count = 0;
     const double skip = joints_.empty() ? skip_share * settings.velocity_tolerance : -1.0;
-    loop_.load_batches(bodies);
+    const bool together = TogetherSweeps::fits(loop_);
+    together ? together_.begin(loop_, bodies) : loop_.load_batches(bodies);
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
-        converged = loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance) <=
-                        settings.velocity_tolerance &&
+        const double change = together ? together_.sweep(loop_, bodies, velocity)
+                                       : loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance);
+        converged = change <= settings.velocity_tolerance &&
                     (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
     }
     joints_.solve(velocity);
-    loop_.store_impulses();
+    if (!together) {
+        loop_.store_impulses();
+    }
     return count;
 }
 

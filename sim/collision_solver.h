@@ -21,6 +21,10 @@ struct CollisionReport {
 /// impact (e = 0) until it does not.
 class CollisionSolver {
 public:
+    /// Contacts up to this gap [m] collide too: where an impact has stopped the step, those that would touch next
+    /// to at once are one impact with it, whatever the order in which rounding makes them touch.
+    double simultaneous_gap = 0.0;
+
     /// velocity: those of the instant [body_count]; changed in place. touched [body_count] is set to 1 for
     /// each body whose velocity may have changed.
     CollisionReport resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
@@ -36,6 +40,7 @@ private:
                        std::vector<Velocity>& velocity, const StepSettings& settings);
 
     ContactBlocks loop_;
+    TogetherSweeps together_; ///< over few blocks
     std::vector<ContactGeometry> geometry_; ///< of one pair
     std::vector<double> targets_;           ///< of one pair [m/s]
     std::vector<char> changed_;             ///< [body_count] by the pass before

@@ -172,6 +172,10 @@ inline Vec6 wrench_of_point(const ContactPoint& p) {
 /// The wrench of the points' impulse sums, in their block's frame.
 Vec6 wrench_of(std::span<const ContactPoint> points);
 
+/// Solves one block with all others held: its points' impulse sums change, and the wrench [N s], [N m s] returned is
+/// still to be given to its bodies. twist: its relative twist; change: the largest velocity change at a point [m/s].
+Vec6 block_wrench(const ContactBlock& block, std::span<ContactPoint> points, Vec6 twist, double& change);
+
 /// Solves one block with all others held; returns the largest velocity change at a point [m/s].
 /// `points`: those of the block. `hold_a`, `hold_b`: that body counts as immovable (shock propagation).
 double solve_block(ContactBlock& block, std::span<ContactPoint> points, const Bodies& bodies,

@@ -46,6 +46,13 @@ constexpr double accepted_share = 0.5;
 /// Flat contacts are not measured again where that changes gaps by less than this share [-] of the tolerance.
 constexpr double linear_share = 0.02;
 
+/// The impulses of an interval are no guess at those of one so many times [-] as long: next to an impact they stop what
+/// approaches slowly, rather than carry a load.
+constexpr double largest_stretch = 100.0;
+
+/// Gap errors [m] that rounding leaves.
+constexpr double gap_rounding = 1e-13;
+
 /// Changes of marks within one linear solve.
 constexpr int mark_rounds = 10;
 
@@ -70,13 +77,6 @@ constexpr double limit_rounding = 1e-9;
 /// Is the friction of a loaded contact as large as mu p_n?
 bool is_at_limit(const ContactPoint& point, double mu) {
     return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - limit_rounding) * mu * point.p_n;
-}
-
-/// Gravity on a less that on b [m/s^2]; a static body has none.
-Vec3 relative_gravity(const Bodies& bodies, const Manifold& manifold, const StepSettings& settings) {
-    const bool a = bodies.props[static_cast<std::size_t>(manifold.body_a)].is_static();
-    const bool b = bodies.props[static_cast<std::size_t>(manifold.body_b)].is_static();
-    return (static_cast<double>(!a) - static_cast<double>(!b)) * settings.gravity;
 }
 
 } // namespace
@@ -222,7 +222,8 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         resting.point_a = bodies.pose[a].orientation.conjugate() * (at.a - bodies.pose[a].position);
         resting.point_b = bodies.pose[b].orientation.conjugate() * (at.b - bodies.pose[b].position);
         if (settings_.warm_start && memory.p_n > 0.0) {
-            const double scale = interval / memory.interval;
+            const double stretch = interval / memory.interval;
+            const double scale = stretch <= largest_stretch ? stretch : 0.0;
             point.p_n = scale * memory.p_n;
             point.p_t = scale * Vec2(memory.p_t.dot(block.frame.col(0)), memory.p_t.dot(block.frame.col(1)));
             block.is_sticking = block.is_sticking || memory.is_sticking;
@@ -350,19 +351,24 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
     int count = 0;
     double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
     double settled = std::numeric_limits<double>::infinity(); // [m/s], once the first sweep has told
-    loop_.load_batches(bodies);
+    const bool together = TogetherSweeps::fits(loop_);
+    together ? together_.begin(loop_, bodies) : loop_.load_batches(bodies);
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = joints_.solve(velocity_);
         const double skip =
             joints_.empty() ? std::min(skip_share * tolerance, std::max(settled_change, last_share * last)) : -1.0;
-        const double change = loop_.empty() ? 0.0 : loop_.sweep(velocity_, skip, slack_share * tolerance);
+        const double change = loop_.empty() ? 0.0
+                              : together    ? together_.sweep(loop_, bodies, velocity_)
+                                            : loop_.sweep(velocity_, skip, slack_share * tolerance);
         last = change;
         settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
         converged = change <= tolerance && (change <= settled || settling_++ >= settling_sweeps);
         converged =
             converged && (loop_.empty() || joints_.empty() || (count > 0 && missing <= joint_tolerance));
     }
-    loop_.store_impulses();
+    if (!together) {
+        loop_.store_impulses();
+    }
     return count;
 }
 
@@ -411,12 +417,15 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     loop_.arrange(bodies);
     predict(bodies);
     settling_ = 0;
+    // In a part of a step the same error of velocities is a smaller gap.
+    const double gap_tolerance =
+        std::min(std::max(step_share_ * settings_.tolerance, gap_rounding), settings_.tolerance);
     for (int outer = 0; outer < outer_limit && !(loop_.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
         report.residual = outer == 0 ? measure(bodies, pairs) : measure_again(bodies, pairs);
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, predicted_, velocity_, h_, step_share_);
-        if (outer > 0 && report.residual <= accepted_share * settings_.tolerance &&
+        if (outer > 0 && report.residual <= accepted_share * gap_tolerance &&
             report.joint_residual <= settings_.joint_tolerance) {
             break;
         }
@@ -425,7 +434,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         }
         const int left = settings_.iteration_limit - report.iterations;
         // Where bodies turn so far that another linear solve makes it worse, only a shorter interval helps.
-        if (left <= 0 || (outer > 1 && report.residual > std::max(residual_before, settings_.tolerance))) {
+        if (left <= 0 || (outer > 1 && report.residual > std::max(residual_before, gap_tolerance))) {
             break;
         }
         const int budget =
@@ -442,7 +451,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         predict(bodies);
     }
     report.converged =
-        report.residual <= settings_.tolerance && report.joint_residual <= settings_.joint_tolerance;
+        report.residual <= gap_tolerance && report.joint_residual <= settings_.joint_tolerance;
     return report;
 }
 

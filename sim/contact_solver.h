@@ -1,7 +1,7 @@
 #pragma once
 /// Resting contacts at position level (Bender & Schmitt 2006, sec. 3.2): impulses at t0 such that the
 /// predicted gaps at t0 + h are closed, and the contacts of this step that a later step starts from.
-#include "sim/contact_block.h"
+#include "sim/block_together.h"
 #include "sim/joint.h"
 #include "sim/scene_def.h"
 
@@ -109,6 +109,7 @@ private:
     double relaxation_ = 0.0; ///< share of a small gap closed in a whole step [-]
     double step_share_ = 1.0; ///< h_ as a share of a whole step [-]
     ContactBlocks loop_;
+    TogetherSweeps together_; ///< over few blocks
     std::vector<RestingContact> contacts_;  ///< [loop_.points]
     std::vector<double> joint_weight_;      ///< [joint_count]
     std::vector<ContactGeometry> geometry_; ///< of the pair being added

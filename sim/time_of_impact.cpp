@@ -18,7 +18,14 @@ constexpr double stop_gap_share = 1e-6;
 /// And at least this [m]: the rounding of positions some metres from the origin.
 constexpr double least_stop_gap = 1e-12;
 
+/// Shortest interval, as a share [-] of a step.
+constexpr double shortest_share = 1e-6;
+
 } // namespace
+
+double shortest_interval(const StepSettings& settings) {
+    return shortest_share * settings.time_step.value();
+}
 
 double resting_threshold(const StepSettings& settings) {
     return std::max(std::sqrt(2.0 * settings.gravity.norm() * settings.resting_distance),
@@ -31,13 +38,23 @@ double touch_gap(const StepSettings& settings) {
                : settings.tolerance;
 }
 
+Vec3 relative_gravity(const Bodies& bodies, const Manifold& manifold, const StepSettings& settings) {
+    const bool a = bodies.props[static_cast<std::size_t>(manifold.body_a)].is_static();
+    const bool b = bodies.props[static_cast<std::size_t>(manifold.body_b)].is_static();
+    return (static_cast<double>(!a) - static_cast<double>(!b)) * settings.gravity;
+}
+
 bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& contact,
                const StepSettings& settings) {
     const auto a = static_cast<std::size_t>(manifold.body_a);
     const auto b = static_cast<std::size_t>(manifold.body_b);
     const Vec3 u_rel = bodies.velocity[a].at(contact.at.a - bodies.pose[a].position) -
                        bodies.velocity[b].at(contact.at.b - bodies.pose[b].position);
-    return contact.at.gap > touch_gap(settings) && -u_rel.dot(contact.at.n) > resting_threshold(settings);
+    const double approach = -u_rel.dot(contact.at.n);
+    const double fall = -relative_gravity(bodies, manifold, settings).dot(contact.at.n);
+    const double at_touch = std::sqrt(std::max(approach * approach + 2.0 * fall * contact.at.gap, 0.0));
+    return std::max(approach, fall > 0.0 ? at_touch : 0.0) > resting_threshold(settings) &&
+           contact.at.gap > std::max(touch_gap(settings), approach * shortest_interval(settings));
 }
 
 std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Velocity> velocity,

@@ -18,6 +18,10 @@ double resting_threshold(const StepSettings& settings);
 /// touch.
 double touch_gap(const StepSettings& settings);
 
+/// Intervals are no shorter than this [s]: what would touch sooner touches now. Rounding of positions divided by it
+/// is an error of velocities.
+double shortest_interval(const StepSettings& settings);
+
 /// A contact that is about to touch.
 struct Impact {
     double time = 0.0;       ///< [s] from t0
@@ -31,8 +35,11 @@ std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Veloc
                                      std::span<const PairContacts> pairs, const StepSettings& settings,
                                      double h);
 
-/// Is this contact left to time_of_impact, rather than held ahead? It does not touch and approaches, with the
-/// velocities in `bodies`, faster than the resting threshold.
+/// Gravity on a less that on b [m/s^2]; a static body has none.
+Vec3 relative_gravity(const Bodies& bodies, const Manifold& manifold, const StepSettings& settings);
+
+/// Is this contact left to time_of_impact, rather than held ahead? It does not touch, and would, falling with the
+/// velocities in `bodies`, touch faster than the resting threshold.
 bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& contact,
                const StepSettings& settings);
 

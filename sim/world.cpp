@@ -23,12 +23,11 @@ constexpr double largest_turn = 0.5;
 /// bounces infinitely often).
 constexpr int stop_limit = 200;
 
-/// Intervals are no shorter than this share [-] of a step: an impact so near its beginning or end falls on
-/// it.
-constexpr double shortest_interval = 1e-9;
-
 /// Corrections of the time of an impact: each gains several digits.
 constexpr int impact_corrections = 6;
+
+/// Where an impact stops the step, contacts with a gap up to this share [-] of the tolerance are part of it.
+constexpr double simultaneous_share = 0.1;
 
 /// Rounds of check and repair after the move before the step is divided.
 constexpr int repair_limit = 8;
@@ -131,6 +130,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     pay_contacts(bodies, pairs, {}, velocity);
     const std::vector<Velocity> before = velocity;
     std::vector<char> touched;
+    collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
     const CollisionReport result =
         collision_solver.resolve(bodies, pairs, joints, settings, velocity, touched);
     if (result.collisions > 0) {
@@ -169,14 +169,16 @@ void WorldState::restart(std::span<const char> touched) {
     }
 }
 
-/// Largest |w| [rad/s] of a body near contact whose contact points move in the body as it turns: all but
-/// balls.
+/// Largest |w| [rad/s] of a body near contact whose contact points move in the body as it turns, or whose w turns: all
+/// but balls of equal moments.
 double WorldState::fastest_spin_in_contact() const {
     double fastest = 0.0;
     for (const PairContacts& pair : pairs) {
         for (const int body : {pair.manifold.body_a, pair.manifold.body_b}) {
             const auto i = static_cast<std::size_t>(body);
-            if (!std::holds_alternative<Sphere>(bodies.props[i].shape)) {
+            const bool is_ball = std::holds_alternative<Sphere>(bodies.props[i].shape) &&
+                                 bodies.props[i].inertia_kind == InertiaKind::spherical;
+            if (!is_ball) {
                 fastest = std::max(fastest, bodies.velocity[i].w.norm());
             }
         }
@@ -195,9 +197,10 @@ void WorldState::plan(StepReport& report) {
         ++report.divisions;
     }
     for (int division = 0;; ++division) {
-        const bool good = plan_interval(report);
-        if (stops_at_impacts() && stop_at_impact(report)) {
-            break;
+        stopped_at_impact = false;
+        bool good = plan_interval(report);
+        if (stops_at_impacts()) {
+            stop_at_impact(report, good);
         }
         if (good) {
             break;
@@ -209,6 +212,10 @@ void WorldState::plan(StepReport& report) {
         ++report.divisions;
         interval *= 0.5;
     }
+    if (stopped_at_impact) {
+        ++stops;
+        ++report.impacts_stopped_at;
+    }
     contact_solver.remember(pairs, joint_memory);
 }
 
@@ -217,50 +224,49 @@ bool WorldState::stops_at_impacts() const {
     return settings.impacts == ImpactHandling::stop && stops < stop_limit;
 }
 
-/// Shortens the planned interval to its first impact. Returns false if there is none.
-bool WorldState::stop_at_impact(StepReport& report) {
+/// Shortens the planned interval to its first impact, if there is one. good: did the plan converge?
+void WorldState::stop_at_impact(StepReport& report, bool& good) {
     const std::optional<Impact> impact =
         time_of_impact(bodies, contact_solver.velocity(), pairs, settings, interval);
     const std::optional<double> overlap = overlap_time();
     if (!impact && !overlap) {
-        return false;
+        return;
     }
     const bool by_feature = impact && (!overlap || impact->time <= *overlap);
     const double time = by_feature ? impact->time : *overlap;
-    if (time >= (1.0 - shortest_interval) * interval) {
-        return false;
+    if (time >= interval - shortest_interval(settings)) {
+        return;
     }
-    ++stops;
-    ++report.impacts_stopped_at;
+    stopped_at_impact = true;
     if (by_feature) {
-        plan_until_impact(*impact, report);
+        good = plan_until_impact(*impact, report);
     } else {
-        interval = std::max(time, shortest_interval * h);
-        plan_interval(report);
+        interval = std::max(time, shortest_interval(settings));
+        good = plan_interval(report);
     }
-    return true;
 }
 
 /// Plans the interval that ends at an impact. Its end moves a little with the impulses of the shorter
-/// interval, so the time is corrected until the gap at the planned poses is closed.
-void WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
+/// interval, so the time is corrected until the gap at the planned poses is closed. Returns false if the plan did not
+/// converge.
+bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
     const double longest = interval;
     const Contact contact = pairs[impact.pair].manifold.contacts[impact.contact];
     const auto a = static_cast<std::size_t>(pairs[impact.pair].manifold.body_a);
     const auto b = static_cast<std::size_t>(pairs[impact.pair].manifold.body_b);
-    const double shortest = shortest_interval * h;
+    const double shortest = shortest_interval(settings);
     interval = std::max(impact.time, shortest);
     for (int correction = 0; correction < impact_corrections; ++correction) {
-        plan_interval(report);
+        const bool good = plan_interval(report);
         const std::span<const Pose> planned = contact_solver.predicted();
         const double gap = contact_geometry(contact.feature, planned[a], planned[b]).gap;
         const double approach = (contact.at.gap - gap) / interval;
         if (std::abs(gap) <= 0.5 * touch_gap(settings) || approach <= 0.0) {
-            return;
+            return good;
         }
         interval = std::clamp(interval + gap / approach, std::max(0.5 * interval, shortest), longest);
     }
-    plan_interval(report);
+    return plan_interval(report);
 }
 
 /// One solve over `interval`, checked on the geometry after the move. Returns false if it did not converge.

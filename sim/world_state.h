@@ -52,12 +52,12 @@ struct WorldState {
     void restart(std::span<const char> touched);
     double fastest_spin_in_contact() const;
     void plan(StepReport& report);
-    void plan_until_impact(const Impact& impact, StepReport& report);
+    bool plan_until_impact(const Impact& impact, StepReport& report);
     bool plan_interval(StepReport& report);
     int repair();
     std::optional<double> overlap_time() const;
     bool stops_at_impacts() const;
-    bool stop_at_impact(StepReport& report);
+    void stop_at_impact(StepReport& report, bool& good);
     double interval_left() const { return h * (1.0 - progress); }
     double margin_of(int a, int b) const;
     double reach_of(const BodyPair& pair) const;
@@ -82,6 +82,7 @@ struct WorldState {
     std::vector<BodyPair> meeting;        ///< apart now, overlapping at the planned poses
     double verified_penetration = 0.0;    ///< [m] at the planned poses
     int stops = 0;                        ///< in the step under way
+    bool stopped_at_impact = false;       ///< the interval planned ends at one
 
     Bodies bodies;
     std::vector<Joint> joints;

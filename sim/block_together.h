@@ -1,0 +1,41 @@
+#pragma once
+/// Sweeps over few blocks in an order that no numbering of the bodies enters, carried on by momentum.
+///
+/// Blocks are visited by their distance from static bodies, and those that are as far as each other at the same time,
+/// each with its share of a body that several of them act on (mass splitting: Tonge, Benevolenski & Voroshilov 2012,
+/// "Mass splitting for jitter-free parallel rigid body simulation"). So a symmetric set-up stays symmetric also where
+/// loads can be shared in many ways, or the iteration ends early.
+///
+/// Sweeps alone would need thousands there. After some the impulses are carried on in the direction in which the
+/// sweeps move them: Nesterov's momentum, begun anew where it leads back (O'Donoghue & Candes 2015, "Adaptive restart
+/// for accelerated gradient schemes").
+#include "sim/contact_block.h"
+
+namespace sim {
+
+class TogetherSweeps {
+public:
+    /// Are there few enough blocks?
+    static bool fits(const ContactBlocks& loop);
+
+    /// Before the sweeps of one solve.
+    void begin(const ContactBlocks& loop, const Bodies& bodies);
+
+    /// One iteration over all blocks; returns the largest velocity change at any point [m/s].
+    double sweep(ContactBlocks& loop, const Bodies& bodies, std::span<Velocity> velocity);
+
+private:
+    void carry_on(ContactBlocks& loop, const Bodies& bodies, std::span<Velocity> velocity);
+
+    std::vector<ContactBlock> blocks_; ///< with the responses of their shares of the bodies; by group
+    std::vector<int> group_;           ///< [blocks_] those of one group are solved at the same time
+    std::vector<Vec6> wrenches_;       ///< of one group
+    std::vector<Vec3> carried_;        ///< [points] impulses (p_t, p_n) as the last sweep began [N s]
+    std::vector<Vec3> swept_;          ///< [points] as the sweep before it ended [N s]
+    int sweeps_ = 0;                   ///< since begin()
+    int momentum_sweeps_ = 0;          ///< since the momentum began
+    double change_ = 0.0;              ///< [m/s] by the last sweep
+    double change_at_start_ = 0.0;     ///< [m/s] by the one after which the momentum began
+};
+
+} // namespace sim
