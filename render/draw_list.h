@@ -3,6 +3,7 @@
 #include "render/camera.h"
 #include "render/draw_types.h"
 #include "render/floor_region.h"
+#include "render/mesh.h"
 #include "render/occlusion.h"
 #include "render/projection.h"
 #include "sim/scene_def.h"
@@ -120,6 +121,9 @@ struct Viewport {
 struct SceneGeometry {
     std::vector<std::vector<glm::vec2>> profiles; ///< lathe surfaces, each once: (radius, z) [m]
     std::vector<int> profile_of_body;             ///< [body_count], -1: drawn as its shape
+    std::vector<std::vector<HullFace>> hulls;     ///< each once [m]
+    /// [body_count][parts] mesh of a cylinder, capsule or hull; -1: the part's kind has one for all.
+    std::vector<std::vector<int>> mesh_of_part;
     std::vector<std::uint32_t> group_count; ///< [mesh_id] surface groups of a mesh, each with its own id
     float occlusion_cell = 0.0f;            ///< [m] of the occlusion volume
     LightBlock light;

@@ -6,7 +6,8 @@
 
 namespace render {
 
-/// Triangles an instance is made of. A lathe surface has its own mesh: lathe_first + index of its profile.
+/// Triangles an instance is made of. A lathe surface has its own mesh: lathe_first + index of its profile; after all
+/// of them come the hulls.
 namespace mesh_id {
 inline constexpr int sphere_first = 0; ///< spheres from coarse to fine
 inline constexpr int sphere_count = 4;

@@ -49,12 +49,13 @@ struct FlatPart {
     bool is_bounded;
 };
 
-/// A body of revolution; rays are followed in its frame, divided by its scale.
+/// A face of a hull, or a body of revolution; rays are followed in its frame, divided by its scale.
 struct RoundPart {
     glm::vec3 origin;          ///< of all rays
     glm::mat3 ray_from_window; ///< direction of the ray through (x, y, 1), such that w is the ray's parameter
     const LatheBand* first;    ///< bands of this group; none for a sphere
     const LatheBand* last;
+    const HullFace* face; ///< null: a body of revolution
 };
 
 /// What a part number stands for.
@@ -97,6 +98,7 @@ public:
         for (const std::vector<glm::vec2>& profile : geometry.profiles) {
             bands_.push_back(make_lathe_bands(profile));
         }
+        hulls_ = &geometry.hulls;
         rod_bands_ = make_lathe_bands(rod_profile());
         for (const RoundBatch& batch : list.round_batches) {
             for (int i = 0; i < batch.count; ++i) {
@@ -158,6 +160,14 @@ private:
             add(nullptr, nullptr);
             return;
         }
+        const auto own = static_cast<std::size_t>(mesh - mesh_id::lathe_first);
+        if (mesh >= mesh_id::lathe_first && own >= bands_.size()) {
+            for (const HullFace& face : (*hulls_)[own - bands_.size()]) {
+                part.face = &face;
+                add(nullptr, nullptr);
+            }
+            return;
+        }
         const std::vector<LatheBand>& bands =
             mesh == mesh_id::rod ? rod_bands_ : bands_[static_cast<std::size_t>(mesh - mesh_id::lathe_first)];
         const LatheBand* end = bands.data() + bands.size();
@@ -197,7 +207,9 @@ private:
                                       part.ray_from_window[1] * (pixel.y + sample_y[half][s]) +
                                       part.ray_from_window[2];
                 float w = std::numeric_limits<float>::infinity();
-                if (part.first == nullptr) {
+                if (part.face != nullptr) {
+                    w = meet_face(*part.face, part.origin, ray);
+                } else if (part.first == nullptr) {
                     w = meet_sphere(part.origin, ray);
                 }
                 for (const LatheBand* band = part.first; band != part.last; ++band) {
@@ -216,6 +228,24 @@ private:
         const float d = b * b - a * (glm::dot(origin, origin) - 1.0f);
         const float t = d < 0.0f ? -1.0f : (-b - std::sqrt(d)) / a;
         return t > 0.0f ? t : std::numeric_limits<float>::infinity();
+    }
+
+    /// The same for a face of a hull.
+    static float meet_face(const HullFace& face, const glm::vec3& origin, const glm::vec3& ray) {
+        constexpr float none = std::numeric_limits<float>::infinity();
+        const float t = glm::dot(face.normal, face.corners[0] - origin) / glm::dot(face.normal, ray);
+        if (!(t > 0.0f)) {
+            return none;
+        }
+        const glm::vec3 p = origin + t * ray;
+        glm::vec3 from = face.corners.back();
+        for (const glm::vec3& to : face.corners) {
+            if (glm::dot(glm::cross(to - from, p - from), face.normal) < 0.0f) {
+                return none;
+            }
+            from = to;
+        }
+        return t;
     }
 
     /// The same for a cone's band, from outside or inside, or a flat ring.
@@ -258,6 +288,7 @@ private:
     std::vector<RoundPart> rounds_;
     std::vector<std::vector<LatheBand>> bands_;
     std::vector<LatheBand> rod_bands_;
+    const std::vector<std::vector<HullFace>>* hulls_ = nullptr;
 };
 
 /// The parts of 3 x 3 pixels and the colours they have there.

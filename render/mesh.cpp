@@ -130,4 +130,19 @@ Mesh make_lathe_mesh(std::span<const glm::vec2> profile, int sides) {
     return mesh;
 }
 
+Mesh make_hull_mesh(std::span<const HullFace> faces) {
+    Mesh mesh;
+    for (std::uint32_t group = 0; group < faces.size(); ++group) {
+        const HullFace& face = faces[group];
+        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        for (const glm::vec3& corner : face.corners) {
+            mesh.vertices.push_back({corner, face.normal, group});
+        }
+        for (std::uint32_t i = 1; i + 1 < face.corners.size(); ++i) {
+            mesh.indices.insert(mesh.indices.end(), {first, first + i, first + i + 1});
+        }
+    }
+    return mesh;
+}
+
 } // namespace render

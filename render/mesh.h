@@ -28,6 +28,12 @@ std::vector<LatheBand> make_lathe_bands(std::span<const glm::vec2> profile);
 /// The profile of the unit rod: radius 1 about z, from z = -1 to z = 1.
 std::span<const glm::vec2> rod_profile();
 
+/// A flat face of a convex body.
+struct HullFace {
+    glm::vec3 normal;               ///< unit, outwards
+    std::vector<glm::vec3> corners; ///< counter-clockwise seen from outside
+};
+
 /// Closed surface, counter-clockwise seen from outside.
 struct Mesh {
     std::vector<Vertex> vertices;
@@ -39,5 +45,8 @@ Mesh make_sphere_mesh(int rings);
 
 /// Surface of revolution about z. `sides` >= 3.
 Mesh make_lathe_mesh(std::span<const glm::vec2> profile, int sides);
+
+/// Each face is a group.
+Mesh make_hull_mesh(std::span<const HullFace> faces);
 
 } // namespace render

@@ -146,6 +146,16 @@ void OcclusionVolume::add_lathe(const Instance& instance, std::span<const glm::v
     });
 }
 
+void OcclusionVolume::add_hull(const Instance& instance, std::span<const HullFace> faces) {
+    add(instance, glm::vec3(instance.bounding_radius), [&](const glm::vec3& p) {
+        float outside = -instance.bounding_radius;
+        for (const HullFace& face : faces) {
+            outside = std::max(outside, glm::dot(face.normal, p - face.corners[0]));
+        }
+        return glm::clamp(0.5f - outside / cell_, 0.0f, 1.0f);
+    });
+}
+
 void OcclusionVolume::add_half_space(const glm::vec3& origin, const glm::vec3& normal) {
     const glm::ivec3& size = levels_[0].size;
     for (int z = 0; z < size.z; ++z) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Ambient occlusion: how much of the sky a point sees, from a coarse volume of what is filled with bodies.
 #include "render/draw_types.h"
+#include "render/mesh.h"
 
 #include <glm/glm.hpp>
 
@@ -23,6 +24,8 @@ public:
     void add_ellipsoid(const Instance& instance);
     /// Surface of revolution of the given (radius, z) profile [m].
     void add_lathe(const Instance& instance, std::span<const glm::vec2> profile);
+    /// A convex body [m].
+    void add_hull(const Instance& instance, std::span<const HullFace> faces);
     /// All below the plane through `origin` with unit `normal`.
     void add_half_space(const glm::vec3& origin, const glm::vec3& normal);
     /// Call once, when all is added: prepares what is seen from afar.

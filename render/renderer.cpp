@@ -205,6 +205,9 @@ struct Renderer::Impl {
         for (const std::vector<glm::vec2>& profile : geometry.profiles) {
             meshes.push_back(upload_mesh(make_lathe_mesh(profile, lathe_sides), instances));
         }
+        for (const std::vector<HullFace>& hull : geometry.hulls) {
+            meshes.push_back(upload_mesh(make_hull_mesh(hull), instances));
+        }
         constexpr std::uint32_t quad[] = {0, 1, 3, 0, 3, 2};
         // Corner i lies at x, y, z = +-1 by the bits 1, 2, 4 of i.
         constexpr std::uint32_t cube[] = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,

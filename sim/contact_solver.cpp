@@ -79,6 +79,16 @@ bool is_at_limit(const ContactPoint& point, double mu) {
     return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - limit_rounding) * mu * point.p_n;
 }
 
+/// What a body's surface moves [m] where it touches, while the point of contact wanders over it: the body's mean
+/// motion at the mean arm. from, to: poses at both ends of the interval; touch: points of contact there.
+Vec3 rolled(const Pose& from, const Pose& to, const Vec3& touch_from, const Vec3& touch_to) {
+    const Quat turn = to.orientation * from.orientation.conjugate();
+    const double sine = turn.vec().norm(); // of half the angle
+    const Vec3 angle = sine > 0.0 ? Vec3(turn.vec() * (2.0 * std::atan(sine / turn.w()) / sine)) : Vec3(Vec3::Zero());
+    const Vec3 arm = 0.5 * (touch_from - from.position + touch_to - to.position);
+    return to.position - from.position + angle.cross(arm);
+}
+
 } // namespace
 
 void match_memory(std::span<const ContactMemory> old, PairContacts& pair, double reach) {
@@ -329,7 +339,13 @@ double ContactSolver::measure_block(const Bodies& bodies, const std::vector<Pair
             continue;
         }
         const Vec2 u_t = tangential_velocity(point, twist);
-        if (is_curved(feature)) {
+        if (feature.rim_radius > 0.0) {
+            const ContactGeometry& start = pair.manifold.contacts[i].at;
+            const auto a = static_cast<std::size_t>(block.a);
+            const auto b = static_cast<std::size_t>(block.b);
+            contact.d_t = in_plane(rolled(bodies.pose[a], predicted_[a], start.a, at.a) -
+                                   rolled(bodies.pose[b], predicted_[b], start.b, at.b));
+        } else if (is_curved(feature)) {
             // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at
             // mid-step.
             contact.d_t =

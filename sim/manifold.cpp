@@ -11,17 +11,31 @@ Vec3 direction_or(const Vec3& d, const Vec3& fallback) {
 
 } // namespace
 
+Vec3 lowest_rim_point(const Vec3& centre, const Vec3& axis, double radius, const Vec3& n) {
+    const Vec3 across = n - axis * axis.dot(n);
+    const double length = across.norm();
+    return length > 0.0 ? Vec3(centre - across * (radius / length)) : centre;
+}
+
 ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody& a, const PlacedBody& b) {
     Vec3 core_a = a * feature.core_a;
     Vec3 core_b = b * feature.core_b;
     ContactGeometry g;
     double distance = 0.0; // of the cores along n
     switch (feature.kind) {
+    case FeatureKind::rim_on_face_a:
+        core_b = lowest_rim_point(core_b, b.rotation * feature.direction_b, feature.rim_radius,
+                                  a.rotation * feature.direction_a);
+        [[fallthrough]];
     case FeatureKind::face_a:
         g.n = -(a.rotation * feature.direction_a);
         distance = g.n.dot(core_a - core_b);
         core_a = core_b + distance * g.n;
         break;
+    case FeatureKind::rim_on_face_b:
+        core_a = lowest_rim_point(core_a, a.rotation * feature.direction_a, feature.rim_radius,
+                                  b.rotation * feature.direction_b);
+        [[fallthrough]];
     case FeatureKind::face_b:
         g.n = b.rotation * feature.direction_b;
         distance = g.n.dot(core_a - core_b);

@@ -16,6 +16,8 @@ enum class FeatureKind : std::uint8_t {
     line_a, ///< core of b against an edge of a with direction_a
     line_b, ///< core of a against an edge of b with direction_b
     edges,  ///< edge of a (direction_a) against edge of b (direction_b)
+    rim_on_face_a, ///< rim of b (centre core_b, axis direction_b) against a face of a; its lowest point touches
+    rim_on_face_b, ///< rim of a against a face of b
 };
 
 /// The features that touch, in body frames: from them gap, normal and points follow at any pose.
@@ -28,6 +30,7 @@ struct ContactFeature {
     Vec3 core_b = Vec3::Zero();      ///< [m] body frame of b
     Vec3 direction_a = Vec3::Zero(); ///< unit, body frame of a
     Vec3 direction_b = Vec3::Zero(); ///< unit, body frame of b
+    double rim_radius = 0.0;         ///< [m]
     double side = 1.0;               ///< edges: n = side * (edge_a x edge_b) / |..|
     /// [m] added to the gap: a point that a face would count as inside, while crossing edges keep the bodies
     /// apart.
@@ -73,9 +76,12 @@ inline ContactGeometry contact_geometry(const ContactFeature& feature, const Pos
     return contact_geometry(feature, PlacedBody(a), PlacedBody(b));
 }
 
+/// The point of a rim (centre, unit axis, radius [m]) that lies farthest against n; the centre if all do.
+Vec3 lowest_rim_point(const Vec3& centre, const Vec3& axis, double radius, const Vec3& n);
+
 /// True where the surface is curved: a point fixed to the body leaves it within a step.
 inline bool is_curved(const ContactFeature& feature) {
-    return feature.radius_a > 0.0 || feature.radius_b > 0.0;
+    return feature.radius_a > 0.0 || feature.radius_b > 0.0 || feature.rim_radius > 0.0;
 }
 
 } // namespace sim

@@ -1,6 +1,7 @@
 #include "sim/narrow_phase.h"
 
 #include "sim/box_box.h"
+#include "sim/convex_pair.h"
 #include "sim/error.h"
 
 #include <algorithm>
@@ -22,15 +23,18 @@ struct PlacedBall {
 /// Calls f(primitive, body_from_part) for each part of a bounded shape.
 template <typename F>
 void for_each_part(const Shape& shape, F&& f) {
-    if (const auto* box = std::get_if<Box>(&shape)) {
-        f(PrimitiveShape(*box), Pose{});
-    } else if (const auto* sphere = std::get_if<Sphere>(&shape)) {
-        f(PrimitiveShape(*sphere), Pose{});
-    } else if (const auto* compound = std::get_if<Compound>(&shape)) {
-        for (const CompoundPart& part : compound->parts) {
-            f(part.shape, part.body_from_part);
-        }
-    }
+    std::visit(
+        [&](const auto& s) {
+            using S = std::decay_t<decltype(s)>;
+            if constexpr (std::is_same_v<S, Compound>) {
+                for (const CompoundPart& part : s.parts) {
+                    f(part.shape, part.body_from_part);
+                }
+            } else if constexpr (!std::is_same_v<S, Plane>) {
+                f(PrimitiveShape(s), Pose{});
+            }
+        },
+        shape);
 }
 
 Pose composed(const Pose& outer, const Pose& inner) {
@@ -50,6 +54,22 @@ struct Collector {
     double margin = 0.0;
     std::vector<Contact>* contacts = nullptr; ///< null: separation only
     double separation = std::numeric_limits<double>::infinity();
+
+    void add_convex(const Convex& a, const Convex& b, std::uint64_t id_base) {
+        if (contacts != nullptr) {
+            convex_contacts(a, b, {margin, id_base, *contacts});
+        } else {
+            separation = std::min(separation, convex_separation(a, b));
+        }
+    }
+
+    void add_convex_plane(const Convex& convex, const Pose& plane, bool plane_is_b, std::uint64_t id_base) {
+        if (contacts != nullptr) {
+            convex_plane_contacts(convex, plane, plane_is_b, {margin, id_base, *contacts});
+        } else {
+            separation = std::min(separation, convex_plane_separation(convex, plane));
+        }
+    }
 
     void add(const ContactFeature& feature, const Pose& a, const Pose& b) {
         add(feature, PlacedBody(a), PlacedBody(b));
@@ -141,6 +161,11 @@ void against_plane(const Shape& shape, const Pose& pose_a, const Pose& pose_b, b
                     placed_b);
             return;
         }
+        if (!std::holds_alternative<Box>(part)) {
+            const Convex convex = placed(part, plane_is_b ? pose_a : pose_b, body_from_part);
+            out.add_convex_plane(convex, plane_is_b ? pose_b : pose_a, plane_is_b, id_base);
+            return;
+        }
         const Vec3& half = std::get<Box>(part).half_extents;
         for (unsigned corner = 0; corner < 8; ++corner) {
             const Vec3 x((corner & 1u) != 0 ? half.x() : -half.x(), (corner & 2u) != 0 ? half.y() : -half.y(),
@@ -156,7 +181,11 @@ void part_against_part(const PrimitiveShape& part_a, const Pose& pose_a, const P
                        std::uint64_t id_base, Collector& out) {
     const auto* sphere_a = std::get_if<Sphere>(&part_a);
     const auto* sphere_b = std::get_if<Sphere>(&part_b);
-    if (sphere_a != nullptr && sphere_b != nullptr) {
+    const bool has_closed_form = (sphere_a != nullptr || std::holds_alternative<Box>(part_a)) &&
+                                 (sphere_b != nullptr || std::holds_alternative<Box>(part_b));
+    if (!has_closed_form) {
+        out.add_convex(placed(part_a, pose_a, a_from_part), placed(part_b, pose_b, b_from_part), id_base);
+    } else if (sphere_a != nullptr && sphere_b != nullptr) {
         ContactFeature feature;
         feature.id = id_base;
         feature.core_a = a_from_part.position;

@@ -1,5 +1,5 @@
 #pragma once
-/// Pair of bodies -> manifold, in closed form for every pair of shapes.
+/// Pair of bodies -> manifold: boxes, balls and planes in closed form, other convex parts by convex_pair.h.
 #include "sim/box_axes.h"
 #include "sim/manifold.h"
 

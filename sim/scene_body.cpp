@@ -1,5 +1,7 @@
 #include "sim/scene_body.h"
 
+#include "sim/scene_shape.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
@@ -20,98 +22,6 @@ constexpr double default_density = 1000.0;
 /// Rounding allowed in the triangle inequality of principal moments, relative to the largest: a thin plate
 /// meets it with equality, and its moments may have been written with six digits.
 constexpr double moment_rounding = 1e-5;
-
-// --- placement -------------------------------------------------------------------------------------------
-
-Quat read_orientation(Section& section) {
-    constexpr std::array<std::string_view, 3> ways{"orientation", "axis_angle_degrees", "euler_degrees"};
-    const auto given = [&](std::string_view key) { return section.has(key); };
-    if (std::ranges::count_if(ways, given) > 1) {
-        section.fail(*std::ranges::find_if(ways, given),
-                     "expected only one of orientation, axis_angle_degrees and euler_degrees");
-    }
-    if (section.has("orientation")) {
-        return section.quaternion("orientation");
-    }
-    if (section.has("axis_angle_degrees")) {
-        return section.axis_angle("axis_angle_degrees");
-    }
-    if (section.has("euler_degrees")) {
-        const Vec3 angles = section.vector("euler_degrees") * (std::numbers::pi / 180.0);
-        return Eigen::AngleAxisd(angles.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angles.y(), Vec3::UnitY()) *
-               Eigen::AngleAxisd(angles.x(), Vec3::UnitX());
-    }
-    return Quat::Identity();
-}
-
-// --- shapes ----------------------------------------------------------------------------------------------
-
-/// Order of the choices of the key "kind".
-enum class ShapeKind { box, sphere, plane, compound };
-
-/// The kind alone, read ahead of the section it selects. group: "shape" or "part".
-ShapeKind read_kind(const TextSource& source, const TreeNode& node, std::string_view group,
-                    const std::string& title) {
-    TreeNode only_kind = node;
-    std::erase_if(only_kind.children, [](const TreeNode& child) { return child.key != "kind"; });
-    Section section(source, only_kind, scene_section(fmt::format("{} box", group)), title);
-    return static_cast<ShapeKind>(section.choice("kind"));
-}
-
-Box read_box(Section& section) {
-    section.choice("kind");
-    if (section.has("half_extents") == section.has("size")) {
-        section.fail("size", section.has("size") ? "expected half_extents or size, not both"
-                                                 : "half_extents or size is missing, expected one of them");
-    }
-    return Box{section.has("size") ? Vec3(section.vector("size") / 2.0) : section.vector("half_extents")};
-}
-
-Sphere read_sphere(Section& section) {
-    section.choice("kind");
-    return Sphere{section.number("radius")};
-}
-
-CompoundPart read_part(const TextSource& source, const TreeNode& node, const std::string& title) {
-    const ShapeKind kind = read_kind(source, node, "part", title);
-    if (kind != ShapeKind::box && kind != ShapeKind::sphere) {
-        fail_at(source, node.find("kind")->place,
-                fmt::format("{}: kind is {}, expected \"box\" or \"sphere\" in a compound", title,
-                            describe_value(*node.find("kind"))));
-    }
-    Section section(source, node, scene_section(kind == ShapeKind::box ? "part box" : "part sphere"), title);
-    CompoundPart part;
-    if (kind == ShapeKind::box) {
-        part.shape = read_box(section);
-    } else {
-        part.shape = read_sphere(section);
-    }
-    part.body_from_part = {section.vector("position"), read_orientation(section)};
-    return part;
-}
-
-Shape read_shape(const TextSource& source, const TreeNode& node, const std::string& title) {
-    const ShapeKind kind = read_kind(source, node, "shape", title);
-    constexpr std::array<std::string_view, 4> paths{"shape box", "shape sphere", "shape plane",
-                                                    "shape compound"};
-    Section section(source, node, scene_section(paths[static_cast<std::size_t>(kind)]), title);
-    switch (kind) {
-    case ShapeKind::box:
-        return read_box(section);
-    case ShapeKind::sphere:
-        return read_sphere(section);
-    case ShapeKind::plane:
-        return Plane{};
-    case ShapeKind::compound:
-        break;
-    }
-    Compound compound;
-    for (const TreeNode* part : section.tables("parts")) {
-        compound.parts.push_back(
-            read_part(source, *part, fmt::format("{} part {}", title, compound.parts.size())));
-    }
-    return compound;
-}
 
 // --- mass ------------------------------------------------------------------------------------------------
 
@@ -232,9 +142,9 @@ LookDef read_look(Section& section) {
     return look;
 }
 
-BodyDef read_body_template(Section& section) {
+BodyDef read_body_template(Section& section, std::int64_t index) {
     BodyDef body;
-    body.shape = read_shape(section.source(), section.table("shape"), section.title() + " shape");
+    body.shape = read_shape(section.source(), section.table("shape"), section.title() + " shape", index);
     const bool is_static = section.boolean("static");
     if (std::holds_alternative<Plane>(body.shape) && !is_static) {
         section.fail("shape", "a plane cannot move, expected static = true");
@@ -268,7 +178,7 @@ BodyDef read_body_template(Section& section) {
 BodyDef read_body(const TextSource& source, const TreeNode& node, const std::string& title) {
     Section section(source, node, scene_section("body"), title);
     const std::string name = section.text("name");
-    BodyDef body = read_body_template(section);
+    BodyDef body = read_body_template(section, 0);
     body.name = name;
     body.pose.position = section.vector("position");
     settle(body);

@@ -8,6 +8,7 @@
 #include "sim/scene_overlap.h"
 #include "sim/scene_pattern.h"
 #include "sim/scene_section.h"
+#include "sim/scene_shape.h"
 #include "sim/scene_tree.h"
 
 #include <fmt/format.h>
@@ -389,7 +390,7 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     }
     check_bounds(loading, table("simulation"));
     check_overlaps(loading);
-    scene.text = text;
+    scene.text = text_with_points(text, root, source);
     scene.overrides = source.assignments;
     return std::move(loading.scene);
 }

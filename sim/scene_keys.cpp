@@ -28,17 +28,40 @@ Keys operator+(Keys a, const Keys& b) {
 
 // --- groups of keys that several tables share ------------------------------------------------------------
 
-const Keys box_keys{
-    {"kind", choice, "", required_key, "what the shape is; each kind has its own keys", any,
-     "box sphere plane compound"},
+const Keys kind_keys{{"kind", choice, "", required_key, "what the shape is; each kind has its own keys", any,
+                      "box sphere cylinder capsule hull rock plane compound"}};
+
+const Keys box_keys = kind_keys + Keys{
     {"half_extents", vector, "m", none, "half the edges along x, y, z; this or `size`", positive, ""},
     {"size", vector, "m", none, "the edges along x, y, z; this or `half_extents`", positive, ""},
 };
 
-const Keys sphere_keys{
-    {"kind", choice, "", required_key, "what the shape is", any, "box sphere plane compound"},
+const Keys sphere_keys = kind_keys + Keys{
     {"radius", number, "m", required_key, "radius of the sphere, centred at the origin of its frame",
      positive, ""},
+};
+
+const Keys cylinder_keys = kind_keys + Keys{
+    {"radius", number, "m", required_key, "of the cylinder, whose axis is z", positive, ""},
+    {"length", number, "m", required_key, "along z, half of it on each side of the origin", positive, ""},
+};
+
+const Keys capsule_keys = kind_keys + Keys{
+    {"radius", number, "m", required_key, "of the cylinder along z and of the half balls at its ends", positive, ""},
+    {"length", number, "m", required_key, "between the half balls' centres", positive, ""},
+};
+
+const Keys hull_keys = kind_keys + Keys{
+    {"points", points, "m", none, "whose convex hull it is; points that lie within are left out; this or `file`", any,
+     ""},
+    {"file", text, "", none,
+     "OBJ file, relative to the scene file, whose vertices [m] are the points. Its faces are not used", any, ""},
+};
+
+const Keys rock_keys = kind_keys + Keys{
+    {"size", vector, "m", required_key, "axes of the ellipsoid on which its corners lie", positive, ""},
+    {"corners", integer, "", "16", "random points whose convex hull it is", {4, 1000}, ""},
+    {"seed", integer, "", "1", "of those points; in a lattice each body adds its number", {0, 9e15}, ""},
 };
 
 const Keys orientation_keys{
@@ -205,19 +228,30 @@ std::vector<SectionSpec> body_sections() {
          "Edges along the axes of its frame, centred at its origin.", box_keys},
         {"shape sphere", "shape = { kind = \"sphere\", ... }", "Centred at the origin of its frame.",
          sphere_keys},
-        {"shape plane",
-         "shape = { kind = \"plane\" }",
-         "The half space z <= 0 of its frame: ground without an end. Static bodies only.",
-         {{"kind", choice, "", required_key, "what the shape is", any, "box sphere plane compound"}}},
+        {"shape cylinder", "shape = { kind = \"cylinder\", ... }", "Axis along z, centred at its origin.",
+         cylinder_keys},
+        {"shape capsule", "shape = { kind = \"capsule\", ... }",
+         "All points within a radius of a segment along z, centred at its origin.", capsule_keys},
+        {"shape hull", "shape = { kind = \"hull\", ... }", "The convex hull of points.", hull_keys},
+        {"shape rock", "shape = { kind = \"rock\", ... }",
+         "The convex hull of random points; the same seed gives the same rock for ever.", rock_keys},
+        {"shape plane", "shape = { kind = \"plane\" }",
+         "The half space z <= 0 of its frame: ground without an end. Static bodies only.", kind_keys},
         {"shape compound",
          "shape = { kind = \"compound\", ... }",
          "Several parts that move together.",
-         {{"kind", choice, "", required_key, "what the shape is", any, "box sphere plane compound"},
-          {"parts", tables, "", required_key, "boxes and spheres, at least one; they may overlap", any,
-           "[{ kind = ... }]"}}},
+         kind_keys + Keys{{"parts", tables, "", required_key,
+                           "bounded shapes of one piece, at least one; they may overlap", any,
+                           "[{ kind = ... }]"}}},
         {"part box", "parts = [{ kind = \"box\", ... }]", "A box in a compound.", box_keys + part_keys},
         {"part sphere", "parts = [{ kind = \"sphere\", ... }]", "A sphere in a compound.",
          sphere_keys + part_keys},
+        {"part cylinder", "parts = [{ kind = \"cylinder\", ... }]", "A cylinder in a compound.",
+         cylinder_keys + part_keys},
+        {"part capsule", "parts = [{ kind = \"capsule\", ... }]", "A capsule in a compound.",
+         capsule_keys + part_keys},
+        {"part hull", "parts = [{ kind = \"hull\", ... }]", "A hull in a compound.", hull_keys + part_keys},
+        {"part rock", "parts = [{ kind = \"rock\", ... }]", "A rock in a compound.", rock_keys + part_keys},
     };
 }
 
@@ -470,6 +504,8 @@ std::string describe_expected(const KeySpec& key) {
         return "an array of colours, each three numbers 0..1 (linear RGB) or \"#rrggbb\" (sRGB)";
     case pairs:
         return "an array of at least two [radius, z]" + unit + ", radius >= 0, z not falling";
+    case points:
+        return "an array of at least four [x, y, z]" + unit;
     case names:
         return "one or two names of bodies";
     case texts:

@@ -1,6 +1,8 @@
 #include "sim/scene_pattern.h"
 
+#include "sim/random.h"
 #include "sim/scene_body.h"
+#include "sim/scene_shape.h"
 
 #include <fmt/format.h>
 
@@ -15,38 +17,6 @@ namespace {
 
 /// Largest number of bodies a lattice may have.
 constexpr double most_bodies = 1e6;
-
-/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers on every platform, for ever.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
-
-    /// Uniform in [0, 1), 53 bits.
-    double uniform() {
-        state_ += 0x9E3779B97F4A7C15u;
-        std::uint64_t z = state_;
-        z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-        z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-        return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-    }
-
-    /// Uniform on the unit sphere: points of the cube until one lies in the ball, but not next to its centre.
-    Vec3 direction() {
-        constexpr double least_square = 1e-4;
-        for (;;) {
-            const double x = 2.0 * uniform() - 1.0;
-            const double y = 2.0 * uniform() - 1.0;
-            const double z = 2.0 * uniform() - 1.0;
-            const double square = x * x + y * y + z * z;
-            if (square <= 1.0 && square >= least_square) {
-                return Vec3(x, y, z) / std::sqrt(square);
-            }
-        }
-    }
-
-private:
-    std::uint64_t state_;
-};
 
 /// The plate whose outside is east, its inner surface at z = 0 of a frame with x up the slope. The others
 /// follow by quarter turns.
@@ -99,7 +69,8 @@ std::vector<BodyDef> read_lattice(const TextSource& source, const TreeNode& node
     const std::vector<Vec3> palette =
         section.has("palette") ? section.colors("palette") : std::vector<Vec3>{};
     Section body_section(source, section.table("body"), scene_section("lattice.body"), title + " body");
-    const BodyDef pattern = read_body_template(body_section);
+    const BodyDef pattern = read_body_template(body_section, 0);
+    const TreeNode& body_node = section.table("body");
     if (count.cast<double>().prod() > most_bodies) {
         section.fail("count", fmt::format("count makes {:.0f} bodies, expected at most {:.0f}",
                                           count.cast<double>().prod(), most_bodies));
@@ -109,7 +80,12 @@ std::vector<BodyDef> read_lattice(const TextSource& source, const TreeNode& node
     for (int k = 0; k < count.z(); ++k) {
         for (int j = 0; j < count.y(); ++j) {
             for (int i = 0; i < count.x(); ++i) {
+                const auto index = static_cast<std::int64_t>(bodies.size());
                 BodyDef body = pattern;
+                if (is_random_shape(body_node)) {
+                    Section again(source, body_node, scene_section("lattice.body"), title + " body");
+                    body = read_body_template(again, index);
+                }
                 body.name = fmt::format("{}_{}", name, bodies.size());
                 body.pose.position = origin + spacing.cwiseProduct(Vec3(i, j, k));
                 if (turn_max > 0.0) {

@@ -282,6 +282,31 @@ std::vector<Eigen::Vector2d> Section::pairs(std::string_view key) {
     return result;
 }
 
+std::vector<Vec3> Section::points(std::string_view key) {
+    const KeySpec& spec = spec_of(key, KeyType::points);
+    const TreeNode& value = value_of(spec);
+    if (value.kind != TreeKind::array) {
+        wrong(spec, {value, std::string(key)});
+    }
+    std::vector<Vec3> result;
+    for (std::size_t i = 0; i < value.children.size(); ++i) {
+        const TreeNode& point = value.children[i];
+        const std::string name = fmt::format("{}[{}]", key, i);
+        if (point.kind != TreeKind::array || point.children.size() != 3) {
+            fail_at(source_, point.place,
+                    fmt::format("{}: {} is {}, expected three finite numbers [{}]", title_, name,
+                                describe_value(point), spec.unit));
+        }
+        Vec3 x;
+        for (int k = 0; k < 3; ++k) {
+            const TreeNode& element = point.children[static_cast<std::size_t>(k)];
+            x[k] = checked_number(spec, {element, fmt::format("{}[{}]", name, k), true});
+        }
+        result.push_back(x);
+    }
+    return result;
+}
+
 // --- colours ---------------------------------------------------------------------------------------------
 
 Vec3 Section::checked_color(const KeySpec& key, const Value& value) const {

@@ -46,6 +46,8 @@ public:
     Vec3 color(std::string_view key);
     std::vector<Vec3> colors(std::string_view key);
     std::vector<Eigen::Vector2d> pairs(std::string_view key);
+    /// Any number of them.
+    std::vector<Vec3> points(std::string_view key);
     /// 1 or 2.
     std::vector<std::string> names(std::string_view key);
     std::vector<std::string> texts(std::string_view key);

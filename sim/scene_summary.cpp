@@ -15,7 +15,13 @@ namespace {
 
 /// Names of the alternatives of Shape, in its order, singular and plural.
 constexpr std::array<std::array<const char*, 2>, std::variant_size_v<Shape>> shape_names{
-    {{"plane", "planes"}, {"box", "boxes"}, {"sphere", "spheres"}, {"compound", "compounds"}}};
+    {{"plane", "planes"},
+     {"box", "boxes"},
+     {"sphere", "spheres"},
+     {"cylinder", "cylinders"},
+     {"capsule", "capsules"},
+     {"hull", "hulls"},
+     {"compound", "compounds"}}};
 
 std::string joined(const std::vector<std::string>& parts) {
     return fmt::format("{}", fmt::join(parts, ", "));

@@ -1,6 +1,7 @@
 #include "sim/shape.h"
 
 #include "sim/error.h"
+#include "sim/polytope.h"
 
 #include <fmt/format.h>
 
@@ -31,6 +32,42 @@ MassProperties primitive_mass(const Sphere& sphere, double density) {
     return result;
 }
 
+/// Homogeneous cylinder about its centre: J_zz = m r^2 / 2, J_xx = m (r^2 / 4 + l^2 / 3) with half length l.
+MassProperties primitive_mass(const Cylinder& cylinder, double density) {
+    const double r2 = cylinder.radius * cylinder.radius;
+    const double l = cylinder.half_length;
+    MassProperties result;
+    result.mass = density * 2.0 * std::numbers::pi * r2 * l;
+    const double across = result.mass * (0.25 * r2 + l * l / 3.0);
+    result.inertia = Vec3(across, across, 0.5 * result.mass * r2).asDiagonal();
+    return result;
+}
+
+/// A cylinder and two half balls, whose centres of mass lie 3/8 r beyond its ends.
+MassProperties primitive_mass(const Capsule& capsule, double density) {
+    const double r = capsule.radius;
+    MassProperties result = primitive_mass(Cylinder{r, capsule.half_length}, density);
+    const MassProperties ball = primitive_mass(Sphere{r}, density);
+    // A half ball about its own centre of mass: J of the ball, less m (3/8 r)^2 across its axis.
+    const double to_centre = 0.375 * r;
+    const double reach = capsule.half_length + to_centre;
+    const double across =
+        ball.inertia(0, 0) + ball.mass * (reach * reach - to_centre * to_centre);
+    result.mass += ball.mass;
+    result.inertia += Vec3(across, across, ball.inertia(2, 2)).asDiagonal().toDenseMatrix();
+    return result;
+}
+
+/// J = tr(S) 1 - S with S the integral of density x x^T about the centre of mass.
+MassProperties primitive_mass(const Hull& hull, double density) {
+    const VolumeMoments moments = volume_moments(*hull.polytope);
+    MassProperties result;
+    result.mass = density * moments.volume;
+    result.centre_of_mass = moments.centroid;
+    result.inertia = density * (moments.second.trace() * Mat3::Identity() - moments.second);
+    return result;
+}
+
 /// Parallel axis theorem: what a mass away from the axis adds to the inertia tensor. offset [m].
 Mat3 steiner(double mass, const Vec3& offset) {
     return mass * (offset.squaredNorm() * Mat3::Identity() - offset * offset.transpose());
@@ -45,7 +82,8 @@ MassProperties primitive_mass(const Compound& compound, double density) {
         parts.push_back(
             std::visit([&](const auto& shape) { return primitive_mass(shape, density); }, part.shape));
         result.mass += parts.back().mass;
-        result.centre_of_mass += parts.back().mass * part.body_from_part.position;
+        result.centre_of_mass +=
+            parts.back().mass * (part.body_from_part * parts.back().centre_of_mass);
     }
     result.centre_of_mass /= result.mass;
     // Each part's tensor, turned into the compound's axes and moved to the common centre.
@@ -53,7 +91,7 @@ MassProperties primitive_mass(const Compound& compound, double density) {
         const Pose& pose = compound.parts[i].body_from_part;
         const Mat3 turn = pose.orientation.toRotationMatrix();
         result.inertia += turn * parts[i].inertia * turn.transpose();
-        result.inertia += steiner(parts[i].mass, pose.position - result.centre_of_mass);
+        result.inertia += steiner(parts[i].mass, pose * parts[i].centre_of_mass - result.centre_of_mass);
     }
     return result;
 }
@@ -68,6 +106,10 @@ MassProperties primitive_mass(const Plane&, double) {
 template <class Primitive>
 Shape shifted_primitive(const Primitive& primitive, const Vec3& origin) {
     return Compound{{CompoundPart{primitive, Pose{-origin, Quat::Identity()}}}};
+}
+
+Shape shifted_primitive(const Hull& hull, const Vec3& origin) {
+    return Hull{std::make_shared<const Polytope>(moved(*hull.polytope, -origin))};
 }
 
 Shape shifted_primitive(const Compound& compound, const Vec3& origin) {
@@ -94,6 +136,32 @@ Bounds primitive_bounds(const Box& box, const Pose& pose) {
 Bounds primitive_bounds(const Sphere& sphere, const Pose& pose) {
     const Vec3 reach = Vec3::Constant(sphere.radius);
     return {pose.position - reach, pose.position + reach};
+}
+
+/// A disc across the unit vector z reaches r sqrt(1 - z_k^2) along axis k.
+Bounds primitive_bounds(const Cylinder& cylinder, const Pose& pose) {
+    const Vec3 z = pose.orientation * Vec3::UnitZ();
+    const Vec3 across = (Vec3::Ones() - z.cwiseProduct(z)).cwiseMax(0.0).cwiseSqrt();
+    const Vec3 reach = cylinder.half_length * z.cwiseAbs() + cylinder.radius * across;
+    return {pose.position - reach, pose.position + reach};
+}
+
+Bounds primitive_bounds(const Capsule& capsule, const Pose& pose) {
+    const Vec3 reach = capsule.half_length * (pose.orientation * Vec3::UnitZ()).cwiseAbs() +
+                       Vec3::Constant(capsule.radius);
+    return {pose.position - reach, pose.position + reach};
+}
+
+Bounds primitive_bounds(const Hull& hull, const Pose& pose) {
+    const Mat3 turn = pose.orientation.toRotationMatrix();
+    Vec3 lower = turn * hull.polytope->vertices[0];
+    Vec3 upper = lower;
+    for (const Vec3& vertex : hull.polytope->vertices) {
+        const Vec3 x = turn * vertex;
+        lower = lower.cwiseMin(x);
+        upper = upper.cwiseMax(x);
+    }
+    return {pose.position + lower, pose.position + upper};
 }
 
 Bounds primitive_bounds(const Plane&, const Pose&) {
@@ -131,6 +199,29 @@ std::string primitive_json(const Box& box) {
 
 std::string primitive_json(const Sphere& sphere) {
     return fmt::format(R"({{"kind":"sphere","radius":{}}})", sphere.radius);
+}
+
+std::string primitive_json(const Cylinder& cylinder) {
+    return fmt::format(R"({{"kind":"cylinder","radius":{},"half_length":{}}})", cylinder.radius,
+                       cylinder.half_length);
+}
+
+std::string primitive_json(const Capsule& capsule) {
+    return fmt::format(R"({{"kind":"capsule","radius":{},"half_length":{}}})", capsule.radius,
+                       capsule.half_length);
+}
+
+std::string primitive_json(const Hull& hull) {
+    std::vector<std::string> points;
+    for (const Vec3& vertex : hull.polytope->vertices) {
+        points.push_back(json_of(vertex));
+    }
+    std::vector<std::string> faces;
+    for (const Polytope::Face& face : hull.polytope->faces) {
+        faces.push_back(fmt::format("[{}]", fmt::join(face.loop, ",")));
+    }
+    return fmt::format(R"({{"kind":"hull","points":[{}],"faces":[{}]}})", fmt::join(points, ","),
+                       fmt::join(faces, ","));
 }
 
 std::string primitive_json(const Compound& compound) {

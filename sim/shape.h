@@ -3,6 +3,7 @@
 #include "sim/math.h"
 
 #include <limits>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
@@ -22,8 +23,27 @@ struct Sphere {
     double radius = 0.5; ///< [m] > 0
 };
 
+/// Axis along z of the body frame, centred at its origin.
+struct Cylinder {
+    double radius = 0.5;      ///< [m] > 0
+    double half_length = 0.5; ///< [m] > 0
+};
+
+/// All points within `radius` of a segment along z, centred at the origin of the body frame.
+struct Capsule {
+    double radius = 0.5;      ///< [m] > 0
+    double half_length = 0.5; ///< [m] > 0, of the segment
+};
+
+struct Polytope;
+
+/// A convex body with flat faces, see polytope.h. Copies share it.
+struct Hull {
+    std::shared_ptr<const Polytope> polytope; ///< not null
+};
+
 /// One part of a compound, placed in the compound's frame.
-using PrimitiveShape = std::variant<Box, Sphere>;
+using PrimitiveShape = std::variant<Box, Sphere, Cylinder, Capsule, Hull>;
 struct CompoundPart {
     PrimitiveShape shape;
     Pose body_from_part;
@@ -34,7 +54,7 @@ struct Compound {
     std::vector<CompoundPart> parts; ///< at least one
 };
 
-using Shape = std::variant<Plane, Box, Sphere, Compound>;
+using Shape = std::variant<Plane, Box, Sphere, Cylinder, Capsule, Hull, Compound>;
 
 /// About the centre of mass. mass == 0 for a static body.
 struct MassProperties {
@@ -48,7 +68,7 @@ struct MassProperties {
 MassProperties mass_properties(const Shape& shape, double density);
 
 /// The same shape, given in a frame whose origin lies at `origin` [m] of the old one.
-/// A box or sphere that moves off its centre becomes a compound of one part.
+/// A hull stays one; another single shape that moves off its centre becomes a compound of one part.
 Shape shifted(const Shape& shape, const Vec3& origin);
 
 /// Axis-aligned bounding box in the world. An unbounded shape gives infinities.
@@ -59,6 +79,8 @@ struct Bounds {
 Bounds bounds(const Shape& shape, const Pose& world_from_body);
 
 /// {"kind":"box","half_extents":[x,y,z]}, {"kind":"sphere","radius":r}, {"kind":"plane"},
+/// {"kind":"cylinder" or "capsule","radius":r,"half_length":l}, {"kind":"hull","points":[[x,y,z],...],
+/// "faces":[[i,j,k,...],...]} (indices of points, counter-clockwise from outside),
 /// {"kind":"compound","parts":[{...,"position":[x,y,z],"orientation":[w,x,y,z]},...]}.
 std::string shape_to_json(const Shape& shape);
 

@@ -1,14 +1,53 @@
 #include "tests/laws/law_solids.h"
 
+#include "sim/polytope.h"
+
 namespace laws {
 namespace {
 
-reference::Piece piece(const sim::PrimitiveShape& shape, const sim::Pose& pose) {
-    if (const auto* box = std::get_if<sim::Box>(&shape)) {
-        return {
-            reference::OrientedBox{pose.position, pose.orientation.toRotationMatrix(), box->half_extents}};
+using reference::Piece;
+
+Piece piece(const sim::Box& box, const sim::Pose& pose) {
+    return {reference::OrientedBox{pose.position, pose.orientation.toRotationMatrix(), box.half_extents}};
+}
+Piece piece(const sim::Sphere& sphere, const sim::Pose& pose) {
+    return {reference::Ball{pose.position, sphere.radius}};
+}
+Piece piece(const sim::Cylinder& cylinder, const sim::Pose& pose) {
+    return {reference::Rod{pose.position, pose.orientation * sim::Vec3::UnitZ(), cylinder.half_length, cylinder.radius,
+                           0.0}};
+}
+Piece piece(const sim::Capsule& capsule, const sim::Pose& pose) {
+    return {reference::Rod{pose.position, pose.orientation * sim::Vec3::UnitZ(), capsule.half_length, 0.0,
+                           capsule.radius}};
+}
+Piece piece(const sim::Hull& hull, const sim::Pose& pose) {
+    reference::Polyhedron solid;
+    for (const sim::Vec3& vertex : hull.polytope->vertices) {
+        solid.vertices.push_back(pose * vertex);
     }
-    return {reference::Ball{pose.position, std::get<sim::Sphere>(shape).radius}};
+    for (const sim::Polytope::Face& face : hull.polytope->faces) {
+        solid.normals.push_back(pose.orientation * face.normal);
+    }
+    for (const sim::Polytope::Edge& edge : hull.polytope->edges) {
+        solid.edges.push_back(pose.orientation * edge.direction);
+    }
+    return {solid};
+}
+Piece piece(const sim::Plane&, const sim::Pose&) {
+    return {reference::HalfSpace{}};
+}
+
+void add_pieces(const sim::Compound& compound, reference::Solid& solid) {
+    for (const sim::CompoundPart& part : compound.parts) {
+        solid.pieces.push_back(
+            std::visit([&](const auto& shape) { return piece(shape, part.body_from_part); }, part.shape));
+    }
+}
+
+template <class Primitive>
+void add_pieces(const Primitive& primitive, reference::Solid& solid) {
+    solid.pieces.push_back(piece(primitive, {}));
 }
 
 } // namespace
@@ -18,17 +57,7 @@ std::vector<reference::Solid> solids(const sim::SceneDef& scene) {
     for (const sim::BodyDef& def : scene.bodies) {
         reference::Solid solid;
         solid.is_static = def.is_static();
-        if (const auto* compound = std::get_if<sim::Compound>(&def.shape)) {
-            for (const sim::CompoundPart& part : compound->parts) {
-                solid.pieces.push_back(piece(part.shape, part.body_from_part));
-            }
-        } else if (const auto* box = std::get_if<sim::Box>(&def.shape)) {
-            solid.pieces.push_back(piece(*box, {}));
-        } else if (const auto* sphere = std::get_if<sim::Sphere>(&def.shape)) {
-            solid.pieces.push_back(piece(*sphere, {}));
-        } else {
-            solid.pieces.push_back({reference::HalfSpace{}});
-        }
+        std::visit([&](const auto& shape) { add_pieces(shape, solid); }, def.shape);
         all.push_back(std::move(solid));
     }
     return all;

@@ -79,3 +79,20 @@ TEST(mesh, lathe_edges_sharper_than_35_degrees_stay_edges) {
     }
     EXPECT_EQ(render::make_lathe_bands(ball).back().group, 0u);
 }
+
+TEST(mesh, hull_has_flat_faces_of_their_own_groups) {
+    // A tetrahedron: volume 1/6.
+    const glm::vec3 o(0.0f), x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+    const std::array<render::HullFace, 4> faces{{{-z, {o, y, x}},
+                                                 {-y, {o, x, z}},
+                                                 {-x, {o, z, y}},
+                                                 {glm::normalize(x + y + z), {x, y, z}}}};
+    const render::Mesh mesh = render::make_hull_mesh(faces);
+    EXPECT_LT(glm::length(open_area(mesh)), 1e-6);
+    EXPECT_NEAR(volume(mesh), 1.0 / 6.0, 1e-6);
+    ASSERT_EQ(mesh.vertices.size(), 12u);
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        EXPECT_EQ(mesh.vertices[i].group, i / 3);
+        EXPECT_EQ(mesh.vertices[i].normal, faces[i / 3].normal);
+    }
+}

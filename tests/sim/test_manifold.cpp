@@ -34,6 +34,12 @@ ContactFeature exchanged(ContactFeature feature) {
     case FeatureKind::line_b:
         feature.kind = FeatureKind::line_a;
         break;
+    case FeatureKind::rim_on_face_a:
+        feature.kind = FeatureKind::rim_on_face_b;
+        break;
+    case FeatureKind::rim_on_face_b:
+        feature.kind = FeatureKind::rim_on_face_a;
+        break;
     case FeatureKind::cores:
     case FeatureKind::edges: // edge_a x edge_b and the direction of n both change sign
         break;
@@ -52,7 +58,8 @@ void expect_same(const ContactGeometry& x, const ContactGeometry& y) {
 std::vector<ContactFeature> features_of_all_kinds(Numbers& numbers) {
     std::vector<ContactFeature> features;
     for (const FeatureKind kind : {FeatureKind::face_a, FeatureKind::face_b, FeatureKind::cores,
-                                   FeatureKind::line_a, FeatureKind::line_b, FeatureKind::edges}) {
+                                   FeatureKind::line_a, FeatureKind::line_b, FeatureKind::edges,
+                                   FeatureKind::rim_on_face_a, FeatureKind::rim_on_face_b}) {
         for (const double allowance : {0.0, 1e-3}) {
             ContactFeature feature = feature_of(kind);
             feature.core_a = numbers.vector(0.5);
@@ -61,6 +68,7 @@ std::vector<ContactFeature> features_of_all_kinds(Numbers& numbers) {
             feature.direction_b = numbers.direction();
             feature.radius_a = kind == FeatureKind::edges ? 0.0 : 0.2;
             feature.radius_b = kind == FeatureKind::edges ? 0.0 : 0.1;
+            feature.rim_radius = 0.3; // counts for rims only
             feature.side = allowance == 0.0 ? 1.0 : -1.0;
             feature.allowance = allowance;
             features.push_back(feature);
@@ -168,4 +176,21 @@ TEST(manifold, a_common_rigid_motion_moves_the_geometry_with_it_for_every_kind) 
         expect_same(contact_geometry(feature, composed(motion, a), composed(motion, b)),
                     {g.gap, motion.orientation * g.n, motion * g.a, motion * g.b});
     }
+}
+
+TEST(manifold, rim_above_a_face_touches_with_its_lowest_point) {
+    ContactFeature feature = feature_of(FeatureKind::rim_on_face_b);
+    feature.direction_a = Vec3::UnitZ();
+    feature.rim_radius = 0.5;
+    feature.direction_b = Vec3::UnitZ();
+    for (const double tilt : {0.0, 0.1, 1.0, 1.5}) {
+        const Pose a{Vec3(1, 2, 3), Quat(Eigen::AngleAxisd(tilt, Vec3::UnitY()))};
+        const ContactGeometry g = contact_geometry(feature, a, Pose{});
+        EXPECT_NEAR(g.gap, 3.0 - 0.5 * std::sin(tilt), rounding);
+        EXPECT_EQ(g.n, Vec3(0, 0, 1));
+        if (tilt > 0.0) {
+            EXPECT_LE((g.a - (a * Vec3(0.5, 0, 0))).norm(), rounding);
+        }
+    }
+    EXPECT_TRUE(is_curved(feature));
 }

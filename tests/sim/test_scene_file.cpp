@@ -66,6 +66,14 @@ Entries smallest_table(const std::string& path) {
         {"body", {{"name", "'x'"}, {"shape", "{ kind = 'sphere', radius = 1 }"}}},
         {"shape box", {{"kind", "'box'"}, {"size", "[1, 1, 1]"}}},
         {"shape sphere", {{"kind", "'sphere'"}, {"radius", "1"}}},
+        {"shape cylinder", {{"kind", "'cylinder'"}, {"radius", "1"}, {"length", "1"}}},
+        {"shape capsule", {{"kind", "'capsule'"}, {"radius", "1"}, {"length", "1"}}},
+        {"shape hull", {{"kind", "'hull'"}, {"points", "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]"}}},
+        {"shape rock", {{"kind", "'rock'"}, {"size", "[1, 1, 1]"}}},
+        {"part cylinder", {{"kind", "'cylinder'"}, {"radius", "1"}, {"length", "1"}}},
+        {"part capsule", {{"kind", "'capsule'"}, {"radius", "1"}, {"length", "1"}}},
+        {"part hull", {{"kind", "'hull'"}, {"points", "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]"}}},
+        {"part rock", {{"kind", "'rock'"}, {"size", "[1, 1, 1]"}}},
         {"shape plane", {{"kind", "'plane'"}}},
         {"shape compound", {{"kind", "'compound'"}, {"parts", "[{ kind = 'sphere', radius = 1 }]"}}},
         {"part box", {{"kind", "'box'"}, {"size", "[1, 1, 1]"}}},
@@ -105,6 +113,7 @@ struct Company {
 Company company_of(const std::string& key) {
     static const std::map<std::string, Company> companies{
         {"half_extents", {{}, {"size"}}},
+        {"file", {{}, {"points"}}},
         {"inertia", {{{"mass", "1"}}, {}}},
         {"centre_of_mass", {{{"mass", "1"}, {"inertia", "[1, 1, 1]"}}, {}}},
         {"mu_s", {{{"mu_d", "0.1"}}, {}}},
@@ -198,6 +207,61 @@ TEST(scene_file, jointed_bodies_may_overlap_and_touching_ones_are_no_overlap) {
     EXPECT_EQ(message_of(ball + other + "position = [1, 0, 0]\n"), "");
     EXPECT_EQ(message_of(ball + other + near, {"simulation.tolerance=0.11"}), "");
     EXPECT_EQ(message_of(ball + "static = true\n" + other + near + "static = true\n"), "");
+}
+
+// --- hulls from OBJ files --------------------------------------------------------------------------------
+
+const std::string obj_scene = R"([[body]]
+name = "Fels ☃"
+shape = { kind = "hull", file = "rock.obj" } # of a scanner
+position = [0, 0, 2]
+)";
+
+/// Writes a scene and its OBJ file, and loads it.
+SceneDef load_with_obj(const std::string& obj) {
+    const std::filesystem::path folder = std::filesystem::path(TUMBLE_OUT_DIR) / "test_obj";
+    std::filesystem::create_directories(folder);
+    write_file(folder / "rock.obj", obj);
+    write_file(folder / "scene.toml", obj_scene);
+    return load_scene(folder / "scene.toml");
+}
+
+TEST(scene_file, hull_from_an_obj_file_puts_its_points_into_the_scenes_text) {
+    const SceneDef scene = load_with_obj(
+        "# a tetrahedron\no rock\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5\nv\t0 1e0 0\nvn 0 0 1\nv 0 0 1\nf 1 2 3\n");
+    EXPECT_DOUBLE_EQ(scene.bodies[0].mass.mass, 1000.0 / 6.0);
+    EXPECT_NE(scene.text.find(R"({ kind = "hull", points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]] } # of a)"),
+              std::string::npos)
+        << scene.text;
+    // The text alone says the same, as a trajectory needs it.
+    const SceneDef again = parse_scene(scene.text, "elsewhere.toml");
+    EXPECT_EQ(shape_to_json(again.bodies[0].shape), shape_to_json(scene.bodies[0].shape));
+}
+
+TEST(scene_file, missing_obj_file_is_an_io_error_with_the_place_of_its_name) {
+    try {
+        parse_scene(obj_scene, "no_such_folder/scene.toml");
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+        EXPECT_STREQ(error.what(), "no_such_folder/scene.toml:3:33: body 'Fels ☃' shape: cannot read "
+                                   "no_such_folder/rock.obj: No such file or directory");
+    }
+}
+
+TEST(scene_file, obj_file_with_a_bad_line_is_refused_with_its_place) {
+    const auto message = [](const std::string& obj) -> std::string {
+        try {
+            load_with_obj(obj);
+        } catch (const Error& error) {
+            const std::string text = error.what();
+            return text.substr(text.rfind("rock.obj"));
+        }
+        return "";
+    };
+    EXPECT_EQ(message("v 0 0 0\nv 1 0\n"), "rock.obj:2: v is followed by 2 numbers, expected three");
+    EXPECT_EQ(message("v 0 0 0\n\nv 1 x 0\n"), "rock.obj:3: 'x' stands after v, expected a finite number");
+    EXPECT_EQ(message("v 0 0 inf\n"), "rock.obj:1: 'inf' stands after v, expected a finite number");
 }
 
 // --- the key table ---------------------------------------------------------------------------------------

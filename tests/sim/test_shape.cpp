@@ -1,3 +1,6 @@
+#include "sim/narrow_phase.h"
+#include "sim/polytope.h"
+#include "sim/random.h"
 #include "sim/shape.h"
 
 #include <gtest/gtest.h>
@@ -98,6 +101,89 @@ TEST(shape, two_spheres_follow_the_parallel_axis_theorem) {
     EXPECT_NEAR(p.inertia(2, 2), 2 * 0.4 * m * r * r, 1e-12 * p.inertia(2, 2));
 }
 
+/// Corners at the origin and at 1 on each axis.
+Shape tetrahedron() {
+    const std::vector<Vec3> points{Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
+    return Hull{std::make_shared<const Polytope>(*convex_hull(points))};
+}
+
+TEST(shape, cylinder_and_capsule_inertia_have_the_closed_form) {
+    const MassProperties cylinder = mass_properties(Cylinder{0.5, 1.0}, 100.0);
+    const double m = 100.0 * std::numbers::pi * 0.25 * 2.0;
+    EXPECT_DOUBLE_EQ(cylinder.mass, m);
+    EXPECT_DOUBLE_EQ(cylinder.inertia(2, 2), m * 0.125);
+    EXPECT_DOUBLE_EQ(cylinder.inertia(0, 0), m * (3.0 * 0.25 + 4.0) / 12.0);
+
+    // A capsule without length is a ball; a long one is cut into slices of discs: Simpson's rule is exact for the
+    // polynomials in z that the half balls are.
+    const MassProperties ball = mass_properties(Capsule{0.3, 1e-16}, 100.0);
+    expect_near(ball.inertia, mass_properties(Sphere{0.3}, 100.0).inertia);
+    const double r = 0.3;
+    const double l = 0.8;
+    const MassProperties capsule = mass_properties(Capsule{r, l}, 100.0);
+    const auto slices = [&](auto f) {
+        double sum = 0.0;
+        constexpr int n = 1000;
+        for (int i = 0; i <= n; ++i) {
+            const double s = r * i / n;
+            sum += (i == 0 || i == n ? 1.0 : i % 2 == 0 ? 2.0 : 4.0) * f(r * r - s * s, l + s) * r / n / 3.0;
+        }
+        return 2.0 * 100.0 * std::numbers::pi * sum;
+    };
+    const double cylinder_mass = 100.0 * std::numbers::pi * r * r * 2.0 * l;
+    EXPECT_NEAR(capsule.mass, cylinder_mass + slices([](double r2, double) { return r2; }), 1e-9);
+    EXPECT_NEAR(capsule.inertia(2, 2),
+                0.5 * cylinder_mass * r * r + slices([](double r2, double) { return 0.5 * r2 * r2; }), 1e-9);
+    EXPECT_NEAR(capsule.inertia(0, 0),
+                cylinder_mass * (r * r / 4.0 + l * l / 3.0) +
+                    slices([](double r2, double z) { return r2 * (0.25 * r2 + z * z); }),
+                1e-9);
+}
+
+TEST(shape, tetrahedron_and_cube_of_points_have_the_closed_form) {
+    const MassProperties corner = mass_properties(tetrahedron(), 600.0);
+    EXPECT_DOUBLE_EQ(corner.mass, 100.0);
+    EXPECT_LE((corner.centre_of_mass - Vec3::Constant(0.25)).norm(), 1e-15);
+    EXPECT_NEAR(corner.inertia(0, 0), 100.0 * 3.0 / 40.0, 1e-12);
+    EXPECT_NEAR(corner.inertia(0, 1), 100.0 / 80.0, 1e-12);
+
+    // A box whose corners come in any order, with points on its faces, edges and inside.
+    std::vector<Vec3> points;
+    for (int i = 0; i < 125; ++i) {
+        const int k = i * 52 % 125;
+        points.emplace_back(0.25 * (k % 5), 0.5 * (k / 5 % 5), 0.75 * (k / 25) + 3.0);
+    }
+    const Polytope box = *convex_hull(points);
+    EXPECT_EQ(box.vertices.size(), 8u);
+    EXPECT_EQ(box.edges.size(), 12u);
+    EXPECT_EQ(box.faces.size(), 6u);
+    const MassProperties of_points = mass_properties(Hull{std::make_shared<const Polytope>(box)}, 10.0);
+    const MassProperties expected = mass_properties(Box{Vec3(0.5, 1.0, 1.5)}, 10.0);
+    EXPECT_DOUBLE_EQ(of_points.mass, expected.mass);
+    EXPECT_LE((of_points.centre_of_mass - Vec3(0.5, 1.0, 4.5)).norm(), 1e-14);
+    expect_near(of_points.inertia, expected.inertia);
+}
+
+TEST(shape, hull_of_random_points_holds_them_all_and_is_closed) {
+    Random random(5);
+    for (const int count : {4, 5, 20, 200}) {
+        std::vector<Vec3> points;
+        for (int i = 0; i < count; ++i) {
+            points.push_back(random.direction() * random.uniform());
+        }
+        const Polytope hull = *convex_hull(points);
+        EXPECT_EQ(hull.vertices.size() + hull.faces.size(), hull.edges.size() + 2); // Euler
+        for (const Polytope::Face& face : hull.faces) {
+            const Vec3& on_face = hull.vertices[static_cast<std::size_t>(face.loop[0])];
+            for (const Vec3& point : points) {
+                EXPECT_LE(face.normal.dot(point - on_face), 1e-12);
+            }
+        }
+    }
+    EXPECT_FALSE(convex_hull(std::vector<Vec3>(9, Vec3(1, 2, 3))));
+    EXPECT_FALSE(convex_hull(std::vector<Vec3>{Vec3(0, 0, 0), Vec3(1, 1, 1), Vec3(2, 2, 2), Vec3(3, 3, 3)}));
+}
+
 TEST(shape, shifted_to_its_centre_of_mass_has_it_at_the_origin) {
     const Shape shape = example_compound();
     const MassProperties before = mass_properties(shape, 500.0);
@@ -108,7 +194,8 @@ TEST(shape, shifted_to_its_centre_of_mass_has_it_at_the_origin) {
 
 TEST(shape, shifting_keeps_the_place_in_the_world) {
     const Vec3 origin(0.3, -0.1, 0.2);
-    for (const Shape& shape : {Shape(Box{Vec3(1, 2, 3)}), Shape(Sphere{0.7}), Shape(example_compound())}) {
+    for (const Shape& shape : {Shape(Box{Vec3(1, 2, 3)}), Shape(Sphere{0.7}), Shape(example_compound()),
+                               Shape(Cylinder{0.4, 0.9}), Shape(Capsule{0.2, 0.5}), tetrahedron()}) {
         const Pose pose{Vec3(4, 5, 6), turned};
         const Pose moved{pose * origin, turned};
         const Bounds a = bounds(shape, pose);
@@ -140,10 +227,31 @@ TEST(shape, bounds_are_those_of_sampled_surfaces) {
     for (const CompoundPart& part : compound.parts) {
         const Pose world_from_part{pose * part.body_from_part.position,
                                    pose.orientation * part.body_from_part.orientation};
-        std::visit([&](const auto& s) { sample(s, world_from_part, of_compound); }, part.shape);
+        if (const Box* part_box = std::get_if<Box>(&part.shape)) {
+            sample(*part_box, world_from_part, of_compound);
+        } else {
+            sample(std::get<Sphere>(part.shape), world_from_part, of_compound);
+        }
     }
     EXPECT_LE((bounds(compound, pose).lower - of_compound.lower).cwiseAbs().maxCoeff(), 1e-5);
     EXPECT_LE((bounds(compound, pose).upper - of_compound.upper).cwiseAbs().maxCoeff(), 1e-5);
+}
+
+TEST(shape, bounds_of_cylinder_capsule_and_hull_are_how_far_they_reach) {
+    const Pose pose{Vec3(-1, 2, 0.5), turned};
+    for (const Shape& shape : {Shape(Cylinder{0.4, 0.9}), Shape(Capsule{0.2, 0.5}), tetrahedron()}) {
+        const Bounds b = bounds(shape, pose);
+        for (int axis = 0; axis < 3; ++axis) {
+            // A plane at the bound touches the shape.
+            const Vec3 n = Vec3::Unit(axis);
+            EXPECT_NEAR(separation(shape, pose, Plane{},
+                                   {b.lower, Quat::FromTwoVectors(Vec3::UnitZ(), n)}),
+                        0.0, 1e-14);
+            EXPECT_NEAR(separation(shape, pose, Plane{},
+                                   {b.upper, Quat::FromTwoVectors(Vec3::UnitZ(), Vec3(-n))}),
+                        0.0, 1e-14);
+        }
+    }
 }
 
 TEST(shape, plane_is_unbounded) {
@@ -155,6 +263,11 @@ TEST(shape, plane_is_unbounded) {
 TEST(shape, json_reads_back_to_the_same_doubles) {
     EXPECT_EQ(shape_to_json(Plane{}), R"({"kind":"plane"})");
     EXPECT_EQ(shape_to_json(Sphere{0.1}), R"({"kind":"sphere","radius":0.1})");
+    EXPECT_EQ(shape_to_json(Cylinder{0.5, 2}), R"({"kind":"cylinder","radius":0.5,"half_length":2})");
+    EXPECT_EQ(shape_to_json(Capsule{0.5, 2}), R"({"kind":"capsule","radius":0.5,"half_length":2})");
+    const nlohmann::json hull = nlohmann::json::parse(shape_to_json(tetrahedron()));
+    EXPECT_EQ(hull["points"], nlohmann::json::parse("[[0,0,0],[1,0,0],[0,1,0],[0,0,1]]"));
+    EXPECT_EQ(hull["faces"].size(), 4u);
     EXPECT_EQ(shape_to_json(Box{Vec3(0.5, 1, 2)}), R"({"kind":"box","half_extents":[0.5,1,2]})");
 
     const Compound compound = example_compound();

@@ -75,8 +75,11 @@ TEST(time_of_impact, an_approach_below_the_resting_threshold_rests) {
     const Scene still = falling_ball(1e-5, 0.0);
     const double threshold = resting_threshold(still.settings); // sqrt(2 * 10 * 1e-4)
     EXPECT_NEAR(threshold, std::sqrt(2e-3), 1e-15);
-    EXPECT_FALSE(falling_ball(1e-5, 0.99 * threshold).impact(1.0));
-    EXPECT_TRUE(falling_ball(1e-5, 1.01 * threshold).impact(1.0));
+    // The speed at the touch counts: the approach, and what the fall over the gap adds.
+    const double gap = 1e-5;
+    const auto approach = [&](double at_touch) { return std::sqrt(at_touch * at_touch - 2.0 * 10.0 * gap); };
+    EXPECT_FALSE(falling_ball(gap, approach(0.99 * threshold)).impact(1.0));
+    EXPECT_TRUE(falling_ball(gap, approach(1.01 * threshold)).impact(1.0));
 }
 
 TEST(time_of_impact, without_gravity_the_threshold_has_a_floor) {

@@ -4,6 +4,8 @@
 /// that parts the two solids.
 #include <Eigen/Core>
 
+#include <vector>
+
 namespace reference {
 
 using Vector = Eigen::Vector3d;
@@ -20,6 +22,22 @@ struct Ball {
     double radius = 0.5;            ///< [m]
 };
 
+/// A convex body with flat faces. Normals and edges may be repeated.
+struct Polyhedron {
+    std::vector<Vector> vertices; ///< [m]
+    std::vector<Vector> normals;  ///< unit, of the faces, outwards
+    std::vector<Vector> edges;    ///< unit
+};
+
+/// A cylinder, or with `rounding` a capsule (radius 0).
+struct Rod {
+    Vector centre = Vector::Zero(); ///< [m]
+    Vector axis = Vector::UnitZ();  ///< unit
+    double half_length = 0.5;       ///< [m]
+    double radius = 0.5;            ///< [m]
+    double rounding = 0.0;          ///< [m]
+};
+
 /// All points x with (x - point) . normal <= 0.
 struct HalfSpace {
     Vector point = Vector::Zero();   ///< [m]
@@ -33,5 +51,11 @@ double gap(const OrientedBox& box, const HalfSpace& solid);
 double gap(const Ball& ball, const OrientedBox& box);
 double gap(const Ball& ball, const HalfSpace& solid);
 double gap(const Ball& a, const Ball& b);
+/// The same with all faces and all pairs of edges.
+double gap(const Polyhedron& a, const Polyhedron& b);
+double gap(const Polyhedron& a, const OrientedBox& b);
+double gap(const Polyhedron& a, const HalfSpace& solid);
+double gap(const Ball& ball, const Polyhedron& solid);
+double gap(const Rod& rod, const HalfSpace& solid);
 
 } // namespace reference

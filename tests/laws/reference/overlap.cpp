@@ -4,11 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
+#include <type_traits>
 
 namespace reference {
 namespace {
 
-using Shape = std::variant<OrientedBox, Ball, HalfSpace>;
+using Shape = decltype(Piece::shape);
 
 /// The piece's shape in the world.
 Shape placed(const Shape& shape, const Placement& placement) {
@@ -20,19 +22,39 @@ Shape placed(const Shape& shape, const Placement& placement) {
     if (const auto* ball = std::get_if<Ball>(&shape)) {
         return Ball{rotation * ball->centre + placement.position, ball->radius};
     }
+    if (const auto* rod = std::get_if<Rod>(&shape)) {
+        return Rod{rotation * rod->centre + placement.position, rotation * rod->axis, rod->half_length, rod->radius,
+                   rod->rounding};
+    }
+    if (const auto* polyhedron = std::get_if<Polyhedron>(&shape)) {
+        Polyhedron result = *polyhedron;
+        for (Vector& vertex : result.vertices) {
+            vertex = rotation * vertex + placement.position;
+        }
+        for (std::vector<Vector>* directions : {&result.normals, &result.edges}) {
+            for (Vector& direction : *directions) {
+                direction = rotation * direction;
+            }
+        }
+        return result;
+    }
     const auto& solid = std::get<HalfSpace>(shape);
     return HalfSpace{rotation * solid.point + placement.position, rotation * solid.normal};
 }
 
 double shape_gap(const Shape& a, const Shape& b) {
     return std::visit(
-        [](const auto& x, const auto& y) {
+        [](const auto& x, const auto& y) -> double {
             if constexpr (requires { gap(x, y); }) {
                 return gap(x, y);
             } else if constexpr (requires { gap(y, x); }) {
                 return gap(y, x);
             } else {
-                return std::numeric_limits<double>::infinity(); // two half spaces: both static
+                if constexpr (std::is_same_v<std::decay_t<decltype(x)>, HalfSpace> &&
+                              std::is_same_v<std::decay_t<decltype(y)>, HalfSpace>) {
+                    return std::numeric_limits<double>::infinity(); // both static
+                }
+                throw std::runtime_error("cylinders and capsules are judged against planes only");
             }
         },
         a, b);
@@ -50,6 +72,18 @@ Extent extent(const Shape& shape) {
     }
     if (const auto* ball = std::get_if<Ball>(&shape)) {
         return {ball->centre - Vector::Constant(ball->radius), ball->centre + Vector::Constant(ball->radius)};
+    }
+    if (const auto* rod = std::get_if<Rod>(&shape)) {
+        const Vector reach = Vector::Constant(rod->radius + rod->rounding) + rod->half_length * rod->axis.cwiseAbs();
+        return {rod->centre - reach, rod->centre + reach};
+    }
+    if (const auto* polyhedron = std::get_if<Polyhedron>(&shape)) {
+        Extent result{polyhedron->vertices.at(0), polyhedron->vertices.at(0)};
+        for (const Vector& vertex : polyhedron->vertices) {
+            result.lower = result.lower.cwiseMin(vertex);
+            result.upper = result.upper.cwiseMax(vertex);
+        }
+        return result;
     }
     const double infinity = std::numeric_limits<double>::infinity();
     return {Vector::Constant(-infinity), Vector::Constant(infinity)};

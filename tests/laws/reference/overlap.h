@@ -15,7 +15,7 @@ namespace reference {
 
 /// One convex piece of a body. The pose of its shape is relative to the body.
 struct Piece {
-    std::variant<OrientedBox, Ball, HalfSpace> shape;
+    std::variant<OrientedBox, Ball, HalfSpace, Polyhedron, Rod> shape;
 };
 
 struct Solid {

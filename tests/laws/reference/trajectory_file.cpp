@@ -98,6 +98,23 @@ Vector vector_from(const nlohmann::json& values) {
     return {values.at(0).get<double>(), values.at(1).get<double>(), values.at(2).get<double>()};
 }
 
+Polyhedron polyhedron_from(const nlohmann::json& shape) {
+    Polyhedron solid;
+    for (const nlohmann::json& point : shape.at("points")) {
+        solid.vertices.push_back(vector_from(point));
+    }
+    for (const nlohmann::json& face : shape.at("faces")) {
+        const auto corner = [&](std::size_t i) { return solid.vertices.at(face.at(i % face.size()).get<std::size_t>()); };
+        solid.normals.push_back((corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized());
+        for (std::size_t i = 0; i < face.size(); ++i) {
+            if (face.at(i) < face.at((i + 1) % face.size())) { // each edge once
+                solid.edges.push_back((corner(i + 1) - corner(i)).normalized());
+            }
+        }
+    }
+    return solid;
+}
+
 Piece piece_from(const nlohmann::json& shape) {
     const std::string kind = shape.at("kind").get<std::string>();
     if (kind == "box") {
@@ -110,6 +127,15 @@ Piece piece_from(const nlohmann::json& shape) {
     }
     if (kind == "plane") {
         return {HalfSpace{}};
+    }
+    if (kind == "cylinder" || kind == "capsule") {
+        const double radius = shape.at("radius").get<double>();
+        const bool is_capsule = kind == "capsule";
+        return {Rod{Vector::Zero(), Vector::UnitZ(), shape.at("half_length").get<double>(), is_capsule ? 0.0 : radius,
+                    is_capsule ? radius : 0.0}};
+    }
+    if (kind == "hull") {
+        return {polyhedron_from(shape)};
     }
     throw std::runtime_error("unknown kind of shape '" + kind + "'");
 }
@@ -135,6 +161,18 @@ Solid solid_from_json(const std::string& text, bool is_static) {
             box->axes = turn.normalized().toRotationMatrix();
         } else if (auto* ball = std::get_if<Ball>(&piece.shape)) {
             ball->centre = position;
+        } else if (auto* rod = std::get_if<Rod>(&piece.shape)) {
+            rod->centre = position;
+            rod->axis = turn.normalized() * rod->axis;
+        } else if (auto* polyhedron = std::get_if<Polyhedron>(&piece.shape)) {
+            for (Vector& vertex : polyhedron->vertices) {
+                vertex = turn.normalized() * vertex + position;
+            }
+            for (std::vector<Vector>* directions : {&polyhedron->normals, &polyhedron->edges}) {
+                for (Vector& direction : *directions) {
+                    direction = turn.normalized() * direction;
+                }
+            }
         }
         solid.pieces.push_back(piece);
     }
