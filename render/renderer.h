@@ -14,9 +14,9 @@
 namespace render {
 
 struct RenderSettings {
-    std::string camera;          ///< name; empty: what the scene's output says
+    std::string camera = {};     ///< name; empty: what the scene's output says
     int shadow_size = 1024;      ///< [px] side of the shadow map
-    std::string shader_lines;    ///< placed before the text of the shaders of all surfaces and the sky
+    std::string shader_lines = {}; ///< placed before the text of the shaders of all surfaces and the sky
     bool measures_times = false; ///< waits for OpenGL after each pass, so that times() tells them apart
 };
 
