@@ -286,10 +286,15 @@ TEST_F(program, a_write_that_fails_is_one_line_and_leaves_no_half_file) {
 }
 
 TEST_F(program, a_simulation_that_stops_is_told_apart) {
-    const Outcome outcome = tumble("run block.toml --set 'simulation.gravity=[0,0,-1e308]' --quiet");
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+    GTEST_SKIP() << "the sanitizer's own memory is beyond any limit";
+#endif
+#endif
+    // What leaves the range of numbers is refused before the first step; what leaves the memory stops.
+    const Outcome outcome = shell("ulimit -v 500000; \"$TUMBLE\" simulate \"" TUMBLE_SCENE_DIR
+                                  "/funnel.toml\" --set 'lattice.cube.count=[90,90,90]' --duration 0.01 --quiet");
     EXPECT_EQ(outcome.code, 5) << outcome.err;
     expect_one_line(outcome.err);
-    for (const std::string& file : files_in("out/block")) {
-        EXPECT_TRUE(file.starts_with("frames/") && !file.ends_with(".part")) << file;
-    }
+    EXPECT_TRUE(files_in("out/funnel").empty());
 }
