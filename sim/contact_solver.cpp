@@ -246,6 +246,11 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
     apply_wrench(block, wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia, velocity_);
 }
 
+/// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
+double ContactSolver::part_of(double tolerance) const {
+    return std::min(std::max(step_share_ * tolerance, gap_rounding), tolerance);
+}
+
 void ContactSolver::predict(const Bodies& bodies) {
     for (std::size_t i = 0; i < bodies.props.size(); ++i) {
         predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
@@ -363,7 +368,7 @@ double ContactSolver::measure_block(const Bodies& bodies, const std::vector<Pair
 /// Sweeps over joints and contacts until nothing changes by more than `tolerance` [m/s]. Returns their
 /// number.
 int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, bool& converged) {
-    const double joint_tolerance = settings_.joint_tolerance / h_;
+    const double joint_tolerance = part_of(settings_.joint_tolerance) / h_;
     int count = 0;
     double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
     double settled = std::numeric_limits<double>::infinity(); // [m/s], once the first sweep has told
@@ -433,16 +438,15 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     loop_.arrange(bodies);
     predict(bodies);
     settling_ = 0;
-    // In a part of a step the same error of velocities is a smaller gap.
-    const double gap_tolerance =
-        std::min(std::max(step_share_ * settings_.tolerance, gap_rounding), settings_.tolerance);
+    const double gap_tolerance = part_of(settings_.tolerance);
+    const double joint_tolerance = part_of(settings_.joint_tolerance);
     for (int outer = 0; outer < outer_limit && !(loop_.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
         report.residual = outer == 0 ? measure(bodies, pairs) : measure_again(bodies, pairs);
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, predicted_, velocity_, h_, step_share_);
         if (outer > 0 && report.residual <= accepted_share * gap_tolerance &&
-            report.joint_residual <= settings_.joint_tolerance) {
+            report.joint_residual <= joint_tolerance) {
             break;
         }
         if (outer == 0) {
@@ -467,7 +471,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         predict(bodies);
     }
     report.converged =
-        report.residual <= gap_tolerance && report.joint_residual <= settings_.joint_tolerance;
+        report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
     return report;
 }
 
@@ -532,6 +536,14 @@ void ContactSolver::remember(std::vector<PairContacts>& pairs, std::span<JointMe
             memory.sliding = memory.is_sticking ? Vec3(Vec3::Zero()) : Vec3(in_world(contact.d_t) / h_);
         }
     }
+}
+
+double ContactSolver::joint_rate(const Bodies& bodies) {
+    std::vector<double> interval;
+    for (const double weight : joint_weight_) {
+        interval.push_back(impulse_interval(weight, h_));
+    }
+    return joints_.fastest_rate(bodies, interval);
 }
 
 void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,

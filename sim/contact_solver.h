@@ -84,6 +84,9 @@ public:
     /// Writes impulses, marks and leftover slip back to the pairs' memory.
     void remember(std::vector<PairContacts>& pairs, std::span<JointMemory> joint_memory) const;
 
+    /// Of the joints under the impulses found: see JointSolver::fastest_rate() [rad/s].
+    double joint_rate(const Bodies& bodies);
+
     std::span<const Velocity> velocity() const { return velocity_; } ///< at t0 after the impulses
     std::span<const Pose> predicted() const { return predicted_; }   ///< at t0 + h
     /// Velocities at t0 itself: with the share of the impulses that acts before it (Verlet's half).
@@ -91,6 +94,7 @@ public:
     int contact_count() const { return static_cast<int>(loop_.points.size()); }
 
 private:
+    double part_of(double tolerance) const;
     void predict(const Bodies& bodies);
     void start_block(const Bodies& bodies, const PairContacts& pair, int block_index);
     double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);

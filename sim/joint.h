@@ -68,6 +68,12 @@ public:
     /// Writes the impulses of this solve to `memory`.
     void remember(std::span<JointMemory> memory) const;
 
+    /// Rate [rad/s] of the fastest motion that the joints' forces allow beside their own rows, as across a taut chain:
+    /// the largest |eigenvalue| of M^-1 K, K the geometric stiffness of the impulses of this solve, each spread over
+    /// its `interval` [joint_count] [s], on the motions that keep the joints closed. One step of the power iteration a
+    /// call, from the mode found in the last call. 0 before the first solve.
+    double fastest_rate(const Bodies& bodies, std::span<const double> interval);
+
     /// Applies the impulses that bring all rows to their targets at once. Returns the largest velocity change
     /// of a row [m/s].
     double solve(std::span<Velocity> velocity);
@@ -77,6 +83,7 @@ private:
         int a, b;
         double inverse_mass_a, inverse_mass_b;
         Vec3 axis;           ///< zero for an angular row
+        Vec3 r_a, r_b;       ///< of the joint's point from the centres of mass [m]
         Vec3 arm_a, arm_b;   ///< angular Jacobians
         Vec3 turn_a, turn_b; ///< J^-1 times them
         double gap = 0.0;    ///< at t0 [m] or [rad]
@@ -88,10 +95,12 @@ private:
     struct Factor;
 
     double row_velocity(const Row& row, std::span<const Velocity> velocity) const;
+    void close(std::span<Velocity> velocity);
     static void apply(const Row& row, double p, std::span<Velocity> velocity);
     void factorise();
 
     std::vector<Row> rows_;
+    std::vector<Velocity> mode_; ///< [body_count] of fastest_rate()
     std::unique_ptr<Factor> factor_;
     bool is_factored_ = false;
 };

@@ -16,9 +16,6 @@ constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double least_inertia = 1e-100;
 constexpr double largest_inertia = 1e100;
 
-/// A step is divided until no body in contact turns by more than half a radian, into at most this many parts.
-constexpr double largest_turn_in_step = 0.5 * 4096;
-
 /// Half the smallest edge, or the radius [m]; infinite for a plane and for shapes of other kinds.
 double half_thickness(const Shape& shape) {
     double least = std::numeric_limits<double>::infinity();

@@ -8,6 +8,10 @@
 
 namespace sim {
 
+/// Largest turn of a body in contact, and largest phase of joints that vibrate under load, in one step [rad]. Steps are
+/// divided for both, into parts of half a radian or so: beyond, a run would seem to hang.
+inline constexpr double largest_turn_in_step = 2048.0;
+
 /// The first quantity of a scene beyond its bound.
 struct Excess {
     int body = -1;       ///< index into bodies; -1: of the simulation or of a joint

@@ -3,6 +3,7 @@
 #include "sim/contact_view.h"
 #include "sim/error.h"
 #include "sim/integrate.h"
+#include "sim/scene_bounds.h"
 #include "sim/world_state.h"
 
 #include <fmt/format.h>
@@ -17,7 +18,11 @@ namespace {
 constexpr int division_limit = 6;
 
 /// A body in contact turns by at most this angle [rad] in one interval; the step is divided for it.
-constexpr double largest_turn = 0.5;
+constexpr double largest_turn = 0.4;
+
+/// And the fastest vibration of joints under load advances by at most this phase [rad]: from 2 on Verlet's scheme is
+/// unstable, and gains energy.
+constexpr double largest_phase = 1.0;
 
 /// Impacts at which one step may be stopped before the rest of it holds contacts ahead (a ball coming to rest
 /// bounces infinitely often).
@@ -169,21 +174,38 @@ void WorldState::restart(std::span<const char> touched) {
     }
 }
 
-/// Largest |w| [rad/s] of a body near contact whose contact points move in the body as it turns, or whose w turns: all
-/// but balls of equal moments.
-double WorldState::fastest_spin_in_contact() const {
-    double fastest = 0.0;
+/// Intervals a second that the fastest rotation in contact asks for [1/s]: of bodies near contact whose contact points
+/// move in the body as it turns, or whose w turns, that is all but balls of equal moments. Throws Error(stopped) beyond
+/// `largest_turn_in_step`.
+double WorldState::intervals_for_spin() const {
+    double most = 0.0;
     for (const PairContacts& pair : pairs) {
         for (const int body : {pair.manifold.body_a, pair.manifold.body_b}) {
             const auto i = static_cast<std::size_t>(body);
             const bool is_ball = std::holds_alternative<Sphere>(bodies.props[i].shape) &&
                                  bodies.props[i].inertia_kind == InertiaKind::spherical;
-            if (!is_ball) {
-                fastest = std::max(fastest, bodies.velocity[i].w.norm());
+            const double turn = is_ball ? 0.0 : bodies.velocity[i].w.norm();
+            if (turn * h > largest_turn_in_step) {
+                throw Error(ExitCode::stopped,
+                            fmt::format("body '{}' spins at {:.3g} rad/s in contact in step {}, expected at most {:.3g} "
+                                        "rad/s: {:g} rad a step (contacts)",
+                                        names[i], turn, step_index, largest_turn_in_step / h, largest_turn_in_step));
             }
+            most = std::max(most, turn / largest_turn);
         }
     }
-    return fastest;
+    return most;
+}
+
+/// The same for the vibration of joints under the load of the last interval.
+double WorldState::intervals_for_joints() const {
+    if (joint_rate * h > largest_turn_in_step) {
+        throw Error(ExitCode::stopped,
+                    fmt::format("joints vibrate at {:.3g} rad/s under their load in step {}, expected at most {:.3g} "
+                                "rad/s: {:g} rad a step (contacts)",
+                                joint_rate, step_index, largest_turn_in_step / h, largest_turn_in_step));
+    }
+    return joint_rate / largest_phase;
 }
 
 /// Finds the impulses of the next interval: the rest of the step, or all of the next one; shorter if an
@@ -191,9 +213,9 @@ double WorldState::fastest_spin_in_contact() const {
 void WorldState::plan(StepReport& report) {
     const StageClock clock(report, Stage::contacts);
     interval = progress < 1.0 ? interval_left() : h;
-    const double spin = fastest_spin_in_contact();
-    while (spin * interval > largest_turn) {
-        interval *= 0.5;
+    const double parts = std::ceil(interval * std::max(intervals_for_spin(), intervals_for_joints()));
+    if (parts > 1.0) {
+        interval /= parts;
         ++report.divisions;
     }
     for (int division = 0;; ++division) {
@@ -217,6 +239,7 @@ void WorldState::plan(StepReport& report) {
         ++report.impacts_stopped_at;
     }
     contact_solver.remember(pairs, joint_memory);
+    joint_rate = contact_solver.joint_rate(bodies);
 }
 
 /// Are impacts waited for, rather than held ahead?

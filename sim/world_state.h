@@ -50,7 +50,8 @@ struct WorldState {
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);
     void restart(std::span<const char> touched);
-    double fastest_spin_in_contact() const;
+    double intervals_for_spin() const;
+    double intervals_for_joints() const;
     void plan(StepReport& report);
     bool plan_until_impact(const Impact& impact, StepReport& report);
     bool plan_interval(StepReport& report);
@@ -81,6 +82,7 @@ struct WorldState {
     bool axes_known = false;              ///< they are those of the present candidates
     std::vector<BodyPair> meeting;        ///< apart now, overlapping at the planned poses
     double verified_penetration = 0.0;    ///< [m] at the planned poses
+    double joint_rate = 0.0;              ///< [rad/s] of joints under the load of the interval planned
     int stops = 0;                        ///< in the step under way
     bool stopped_at_impact = false;       ///< the interval planned ends at one
 

@@ -1,6 +1,8 @@
 /// Free rotation: the flipping wing nut, the symmetric body that precesses, and fast spin in contact.
+#include "sim/error.h"
 #include "tests/laws/law_scene.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -147,6 +149,28 @@ TEST(law_rotation, a_box_that_spins_on_the_floor_faster_than_half_a_radian_a_ste
                 "spin lost in 0.2 s, relative", 1e-3, error, 1e-4});
         // The points turn by at most half a radian an interval, from a quarter before to a quarter after the middle.
         EXPECT_LT(error, 1e-4) << spin;
+    }
+}
+
+/// Divided into parts of less than half a radian, such a step would seem to hang.
+TEST(law_rotation, a_spin_in_contact_that_a_step_cannot_be_divided_for_stops_the_run_and_says_so) {
+    for (const double spin : {2e6, 2.1e6, 1e12}) {
+        sim::SceneDef scene = law_scene(microseconds(1000));
+        add_plane(scene, Quat::Identity(), material(0.0, 0.3));
+        add_box(scene, Vec3::Constant(0.1), {{0, 0, 0.1}, Quat::Identity()}, material(0.0, 0.3));
+        scene.bodies[1].name = "nut";
+        scene.bodies[1].angular_velocity = Vec3(0, 0, spin);
+        try {
+            sim::World world(scene);
+            EXPECT_LT(spin, 2.048e6);
+        } catch (const sim::Error& error) {
+            EXPECT_GT(spin, 2.048e6);
+            EXPECT_EQ(error.code(), sim::ExitCode::stopped);
+            EXPECT_EQ(std::string(error.what()),
+                      fmt::format("body 'nut' spins at {:.3g} rad/s in contact in step 0, expected at most 2.05e+06 "
+                                  "rad/s: 2048 rad a step (contacts)",
+                                  spin));
+        }
     }
 }
 
