@@ -342,6 +342,40 @@ float ring_scale(const FloorRegion& region, float extent) {
     return 4.0f * extent / inner_radius;
 }
 
+FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume) {
+    FloorOcclusion result;
+    if (volume.is_empty()) {
+        return result;
+    }
+    glm::vec2 lower(std::numeric_limits<float>::max());
+    glm::vec2 upper(std::numeric_limits<float>::lowest());
+    for (int i = 0; i < 8; ++i) {
+        const glm::vec3 share(i & 1, (i >> 1) & 1, (i >> 2) & 1);
+        const glm::vec2 p = floor.frame.place(glm::mix(volume.lower(), volume.upper(), share));
+        lower = glm::min(lower, p);
+        upper = glm::max(upper, p);
+    }
+    // Points are multiples of the cell, so that the values on the floor do not wander with the volume.
+    const glm::vec2 first =
+        glm::floor((lower + floor.grid_origin) / volume.cell()) * volume.cell() - floor.grid_origin;
+    const glm::ivec2 size = glm::clamp(glm::ivec2((upper - first) / volume.cell()) + 2, glm::ivec2(1),
+                                       glm::ivec2(2 * OcclusionVolume::most_cells));
+    result.width = size.x;
+    result.height = size.y;
+    result.open.clear();
+    const glm::vec3 across = floor.frame.across();
+    for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+            const glm::vec2 p = first + (glm::vec2(x, y) + 0.5f) * volume.cell();
+            const glm::vec3 position = floor.frame.origin + floor.frame.tangent * p.x + across * p.y;
+            result.open.push_back(volume.open_share(position, floor.frame.normal));
+        }
+    }
+    const glm::vec2 scale = 1.0f / (glm::vec2(size) * volume.cell());
+    result.place = glm::vec4(scale, -first * scale);
+    return result;
+}
+
 /// Cell of the occlusion volume: a share of the smallest moving body (of all bodies, if none moves), coarser
 /// where the start fills much space; told from the scene alone, so that it is the same in all pictures.
 float occlusion_cell(const sim::SceneDef& scene, double reach) {
@@ -529,40 +563,6 @@ SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraD
     return geometry;
 }
 
-FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume) {
-    FloorOcclusion result;
-    if (volume.is_empty()) {
-        return result;
-    }
-    glm::vec2 lower(std::numeric_limits<float>::max());
-    glm::vec2 upper(std::numeric_limits<float>::lowest());
-    for (int i = 0; i < 8; ++i) {
-        const glm::vec3 share(i & 1, (i >> 1) & 1, (i >> 2) & 1);
-        const glm::vec2 p = floor.frame.place(glm::mix(volume.lower(), volume.upper(), share));
-        lower = glm::min(lower, p);
-        upper = glm::max(upper, p);
-    }
-    // Points are multiples of the cell, so that the values on the floor do not wander with the volume.
-    const glm::vec2 first =
-        glm::floor((lower + floor.grid_origin) / volume.cell()) * volume.cell() - floor.grid_origin;
-    const glm::ivec2 size = glm::clamp(glm::ivec2((upper - first) / volume.cell()) + 2, glm::ivec2(1),
-                                       glm::ivec2(2 * OcclusionVolume::most_cells));
-    result.width = size.x;
-    result.height = size.y;
-    result.open.clear();
-    const glm::vec3 across = floor.frame.across();
-    for (int y = 0; y < size.y; ++y) {
-        for (int x = 0; x < size.x; ++x) {
-            const glm::vec2 p = first + (glm::vec2(x, y) + 0.5f) * volume.cell();
-            const glm::vec3 position = floor.frame.origin + floor.frame.tangent * p.x + across * p.y;
-            result.open.push_back(volume.open_share(position, floor.frame.normal));
-        }
-    }
-    const glm::vec2 scale = 1.0f / (glm::vec2(size) * volume.cell());
-    result.place = glm::vec4(scale, -first * scale);
-    return result;
-}
-
 DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,
                         const sim::CameraDef& camera, const sim::Snapshot& snapshot,
                         const Viewport& viewport) {
@@ -603,6 +603,9 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
     }
     list.occlusion =
         make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(scale));
+    for (Floor& floor : list.floors) {
+        floor.occlusion = floor_occlusion(floor, list.occlusion);
+    }
     add_faces(parts.boxes, geometry, list);
     fill_rounds(parts.rounds, geometry, list);
     fill_mirrored(parts, list);

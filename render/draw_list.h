@@ -73,6 +73,14 @@ struct RoundBatch {
     int count = 0;
 };
 
+/// Open share of the sky on a floor, around the bodies.
+struct FloorOcclusion {
+    int width = 1;
+    int height = 1;
+    std::vector<float> open{1.0f}; ///< [height * width] 0..1, rows along the floor's tangent
+    glm::vec4 place{0.0f};         ///< texture coordinates = floor position * xy + zw
+};
+
 /// A plane body: its surface is drawn as a floor with a grid.
 struct Floor {
     FloorFrame frame;      ///< origin: a point on it near what the camera looks at
@@ -81,17 +89,9 @@ struct Floor {
     glm::vec3 line_color;  ///< linear RGB
     FloorRegion region;    ///< outside it the floor is in full light
     float ring_scale;      ///< the ring around it reaches this many times as far from its middle
+    FloorOcclusion occlusion;
     std::uint32_t id;
 };
-
-/// Open share of the sky on a floor, around the bodies.
-struct FloorOcclusion {
-    int width = 1;
-    int height = 1;
-    std::vector<float> open{1.0f}; ///< [height * width] 0..1, rows along the floor's tangent
-    glm::vec4 place{0.0f};         ///< texture coordinates = floor position * xy + zw
-};
-FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume);
 
 struct DrawList {
     CameraBlock camera;

@@ -1,13 +1,15 @@
 #pragma once
 /// States of a scene -> pictures -> PNG files and an MP4, each stage in a thread of its own.
 ///
-///   add() -> [states] -> draw -> [pictures] -> encode and write PNG
-///                             -> [pictures] -> encode video
+///   add() -> [states] -> list -> [shots] -> OpenGL -> [shots] -> edges -> [pictures] -> encode and write PNG
+///                                                                     -> [pictures] -> encode video
 ///
 /// The queues between them are short: memory does not grow with the length of the film.
 #include "render/bounded_queue.h"
 #include "render/image.h"
 #include "render/notes.h"
+#include "render/overlay.h"
+#include "render/picture_plan.h"
 #include "render/thread_group.h"
 #include "render/video_writer.h"
 #include "sim/file_io.h"
@@ -38,6 +40,15 @@ struct FilmSettings {
     bool write_bodies = false; ///< beside each frame that is drawn: which body each pixel shows
 };
 
+/// Where the time of a film went: processor time of its threads [ms], all frames together.
+struct FilmTimes {
+    double list = 0.0;  ///< from states to what is drawn; occlusion
+    double draw = 0.0;  ///< OpenGL; what it does in threads of its own is not counted
+    double edges = 0.0; ///< smooth edges, motion blur, what lies over the picture
+    double png = 0.0;   ///< compressing and writing
+    double video = 0.0; ///< converting and encoding
+};
+
 class Film {
 public:
     /// `scene` must outlive the film.
@@ -64,6 +75,8 @@ public:
     /// What has been written, in order; once the threads have ended.
     std::vector<sim::WrittenFile> files() const;
 
+    /// Once the threads have ended.
+    const FilmTimes& times() const { return times_; }
     /// OpenGL's name and version, once the threads have ended.
     const std::string& renderer_string() const { return renderer_string_; }
 
@@ -73,6 +86,15 @@ private:
         std::shared_ptr<const sim::Snapshot> snapshot;
         std::shared_ptr<const Notes> notes;
     };
+    /// One of the pictures that a frame is the mean of, or the kept picture of a frame.
+    struct Shot {
+        State state;
+        std::shared_ptr<const Image> kept{};
+        int left = 0; ///< shots of the frame that follow
+        DrawList list{};
+        RawPicture raw{};
+        DepthPicture depth{}; ///< of the middle shot, where something lies over the picture
+    };
     struct Picture {
         std::int64_t frame = 0;
         std::shared_ptr<const Image> image;
@@ -80,22 +102,31 @@ private:
     };
 
     std::shared_ptr<const Image> kept_picture(std::int64_t frame) const;
-    void draw_frames();
+    void list_shots();
+    void draw_shots();
+    void finish_pictures();
+    void hand_on(const Picture& picture);
     void write_frames();
     void encode_video(const ThreadGroup& threads);
 
     const sim::SceneDef& scene_;
     FilmSettings settings_;
     NoteTaker note_taker_; // of the thread that adds
+    Overlay overlay_;      // colours: of the thread that lists; the rest: of the one that finishes
+    std::shared_ptr<const PicturePlan> plan_;
     BoundedQueue<State> states_;
+    BoundedQueue<Shot> listed_;
+    BoundedQueue<Shot> drawn_;
+    BoundedQueue<RawPicture> blanks_; ///< raw pictures to be drawn into again
     BoundedQueue<Picture> for_png_;
     BoundedQueue<Picture> for_video_;
     std::atomic<std::int64_t> pngs_done_ = 0;
     std::atomic<std::int64_t> video_frames_done_ = 0;
     std::string renderer_string_;               // of the thread that draws
-    std::vector<sim::WrittenFile> body_files_;  // of the thread that draws
+    std::vector<sim::WrittenFile> body_files_;  // of the thread that finishes
     std::vector<sim::WrittenFile> png_files_;   // of the thread that writes them
     std::vector<sim::WrittenFile> video_files_; // of the thread that encodes
+    FilmTimes times_;                           // each of the thread that does it
 };
 
 } // namespace render

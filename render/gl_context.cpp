@@ -7,6 +7,8 @@
 
 #include <array>
 #include <cstdint>
+#include <cstdlib>
+#include <thread>
 
 namespace render {
 
@@ -28,6 +30,34 @@ struct GlContext::Impl {
     std::array<std::uint8_t, 4> pixel{};
     std::unique_ptr<osmesa_context, ContextDeleter> context;
 };
+
+void configure_gl(bool portable) {
+    constexpr int keeps = 0; // what the user has set
+    const unsigned cores = std::thread::hardware_concurrency();
+    setenv("LP_NUM_THREADS", std::to_string(cores > 2 ? cores - 2 : 0).c_str(), keeps);
+    if (portable) {
+        setenv("GALLIUM_OVERRIDE_CPU_CAPS", "sse4.1", 1);
+    }
+    // Mesa keeps compiled shaders for later runs, and does not tell for which instructions and widths.
+    for (const char* name : {"GALLIUM_OVERRIDE_CPU_CAPS", "GALLIUM_NOSSE", "LP_NATIVE_VECTOR_WIDTH"}) {
+        if (std::getenv(name) != nullptr) {
+            setenv("MESA_SHADER_CACHE_DISABLE", "true", keeps);
+        }
+    }
+}
+
+std::string processor_class() {
+#if defined(__x86_64__)
+    if (const char* caps = std::getenv("GALLIUM_OVERRIDE_CPU_CAPS")) {
+        return std::string("x86-64, no more than ") + caps;
+    }
+    return __builtin_cpu_supports("fma") ? "x86-64, fused multiply-add" : "x86-64, no fused multiply-add";
+#elif defined(__aarch64__)
+    return "aarch64";
+#else
+    return "unknown";
+#endif
+}
 
 GlContext::GlContext() : impl_(std::make_unique<Impl>()) {
     constexpr std::array<int, 15> attributes{OSMESA_FORMAT,

@@ -5,6 +5,15 @@
 
 namespace render {
 
+/// To be called before the program's first thread: how OpenGL is to use the processor, unless the environment
+/// says it. Where two cores are all there is, OpenGL draws in the thread that calls it: the other stages of a
+/// film need the rest. portable: no instructions beyond SSE4.1, so that processors with and without fused
+/// multiply-add draw the same.
+void configure_gl(bool portable);
+
+/// What the bytes of a picture depend on beside program, scene and libraries: "x86-64, fused multiply-add".
+std::string processor_class();
+
 class GlContext {
 public:
     /// Creates a core-profile context and makes it current in this thread; depth in clip space is 0..1, not

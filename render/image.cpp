@@ -18,7 +18,7 @@ constexpr std::array<std::uint8_t, 8> png_signature{0x89, 'P', 'N', 'G', '\r', '
 
 /// Compression level of libdeflate. Frames of 1920x1080 take 11 ms and 386 kB; with 1: 8 ms, 422 kB; with 6: 13 ms,
 /// 366 kB; stb's own deflate: 93 ms, 524 kB.
-constexpr int deflate_level = 4;
+constexpr int deflate_level = 1;
 
 struct CompressorDeleter {
     void operator()(libdeflate_compressor* compressor) const noexcept { libdeflate_free_compressor(compressor); }

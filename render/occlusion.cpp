@@ -18,6 +18,7 @@ struct Tap {
     int level;
 };
 constexpr Tap leaning_taps[] = {{1.8f, 0.60f, 0}, {3.6f, 0.50f, 1}};
+constexpr int last_cell = OcclusionVolume::most_cells + 1;
 constexpr Tap upright_tap{6.0f, 0.40f, 2};
 /// Filled share that a sample may find above a lone flat face that lies askew: taken off.
 constexpr float own_share = 0.03f;
@@ -29,13 +30,14 @@ float open_after(const Tap& tap, float filled) {
 /// Trilinear interpolation between cell centres; 0 outside. p in cells.
 float interpolated(const OcclusionVolume::Level& level, const glm::vec3& p) {
     const glm::ivec3& size = level.size;
-    const glm::vec3 q = p - 0.5f;
-    const glm::vec3 base = glm::floor(q);
-    const glm::ivec3 i(base);
+    // floor() of what may lie a little below 0, without the library's function of that name.
+    constexpr int below = 1024;
+    const glm::vec3 q = glm::clamp(p - 0.5f, -2.0f, static_cast<float>(last_cell));
+    const glm::ivec3 i = glm::ivec3(q + static_cast<float>(below)) - below;
     if (i.x < -1 || i.y < -1 || i.z < -1 || i.x >= size.x || i.y >= size.y || i.z >= size.z) {
         return 0.0f;
     }
-    const glm::vec3 f = q - base;
+    const glm::vec3 f = q - glm::vec3(i);
     const int x0 = std::max(i.x, 0);
     const int y0 = std::max(i.y, 0);
     const int z0 = std::max(i.z, 0);

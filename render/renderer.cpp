@@ -1,8 +1,5 @@
 #include "render/renderer.h"
 
-#include "render/camera.h"
-#include "render/draw_list.h"
-#include "render/edges.h"
 #include "render/gl_context.h"
 #include "render/gl_handles.h"
 #include "render/gl_mesh.h"
@@ -13,9 +10,7 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <ctime>
 #include <map>
 #include <utility>
 
@@ -98,22 +93,25 @@ void check_framebuffer() {
     }
 }
 
-Target make_target(int width, int height) {
+/// Part numbers only where they are used.
+Target make_target(const Viewport& viewport, bool has_ids) {
     Target target;
     target.framebuffer = GlFramebuffer::create();
     glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.get());
     const auto attach = [&](GLenum attachment, GLenum format) {
         GlRenderbuffer buffer = GlRenderbuffer::create();
         glBindRenderbuffer(GL_RENDERBUFFER, buffer.get());
-        glRenderbufferStorage(GL_RENDERBUFFER, format, width, height);
+        glRenderbufferStorage(GL_RENDERBUFFER, format, viewport.width, viewport.height);
         glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer.get());
         return buffer;
     };
     target.color = attach(GL_COLOR_ATTACHMENT0, GL_RGBA8);
-    target.ids = attach(GL_COLOR_ATTACHMENT1, GL_R32UI);
+    if (has_ids) {
+        target.ids = attach(GL_COLOR_ATTACHMENT1, GL_R32UI);
+    }
     target.depth = attach(GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT32F);
     constexpr GLenum attachments[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-    glDrawBuffers(2, attachments);
+    glDrawBuffers(has_ids ? 2 : 1, attachments);
     check_framebuffer();
     return target;
 }
@@ -126,24 +124,13 @@ glm::mat4 texture_from_clip() {
     return result;
 }
 
-/// Processor time of this thread [ms].
-double thread_ms() {
-    timespec t{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
-
 } // namespace
 
 struct Renderer::Impl {
     GlContext context; // first: it outlives all names below
-    sim::SceneDef scene; // a copy: colours may change
-    const sim::CameraDef camera;
+    std::shared_ptr<const PicturePlan> plan;
     Viewport viewport;
-    SceneGeometry geometry;
-    std::string constants; ///< of all shaders
-    bool measures_times;
-    RenderTimes times;
+    std::string constants;           ///< of all shaders
     glm::mat4 clip_from_world{1.0f}; // of the last picture
 
     GlBuffer instances;
@@ -172,15 +159,13 @@ struct Renderer::Impl {
     std::map<FaceKind, Program> face_programs;
     std::map<std::pair<sim::Pattern, bool>, Program> round_programs; // by (pattern, shows what is around)
     RawPicture raw;
-    std::vector<std::uint32_t> body_of_id; ///< of the last picture
+    DrawList last_list; ///< of the last picture
 
-    Impl(const sim::SceneDef& scene_def, int width, int height, const RenderSettings& settings)
-        : scene(scene_def),
-          camera(find_camera(scene, settings.camera.empty() ? scene.output.camera : settings.camera)),
-          viewport{width, height, settings.shadow_size}, geometry(make_scene_geometry(scene, camera)),
-          constants(scene_constants(geometry, settings.shadow_size) + settings.shader_lines),
-          measures_times(settings.measures_times) {
-        CHECK(width > 0 && height > 0 && settings.shadow_size > 8);
+    explicit Impl(std::shared_ptr<const PicturePlan> picture_plan)
+        : plan(std::move(picture_plan)), viewport(plan->viewport()),
+          constants(std::string("#define SOFT_SHADOWS ") + (plan->settings().soft_shadows ? "1" : "0") +
+                    "\n" + scene_constants(plan->geometry(), viewport.shadow_size) +
+                    plan->settings().shader_lines) {
         make_geometry();
         make_targets();
         shadow_box_program = Program("shadow_box.vert", "shadow.frag");
@@ -188,10 +173,6 @@ struct Renderer::Impl {
         floor_inside_program = Program("floor.vert", "floor.frag", "#define SHADOWED 1\n" + constants);
         floor_ring_program = Program("floor.vert", "floor.frag", "#define SHADOWED 0\n" + constants);
         sky_program = Program("sky.vert", "sky.frag", constants);
-        raw.width = width;
-        raw.height = height;
-        raw.rgba.resize(static_cast<std::size_t>(width) * height * 4);
-        raw.ids.resize(static_cast<std::size_t>(width) * height);
         context.check("preparing the renderer");
     }
 
@@ -202,10 +183,10 @@ struct Renderer::Impl {
             meshes.push_back(upload_mesh(make_sphere_mesh(rings), instances));
         }
         meshes.push_back(upload_mesh(make_lathe_mesh(rod_profile(), rod_sides), instances));
-        for (const std::vector<glm::vec2>& profile : geometry.profiles) {
+        for (const std::vector<glm::vec2>& profile : plan->geometry().profiles) {
             meshes.push_back(upload_mesh(make_lathe_mesh(profile, lathe_sides), instances));
         }
-        for (const std::vector<HullFace>& hull : geometry.hulls) {
+        for (const std::vector<HullFace>& hull : plan->geometry().hulls) {
             meshes.push_back(upload_mesh(make_hull_mesh(hull), instances));
         }
         constexpr std::uint32_t quad[] = {0, 1, 3, 0, 3, 2};
@@ -235,7 +216,7 @@ struct Renderer::Impl {
     }
 
     void make_targets() {
-        picture = make_target(viewport.width, viewport.height);
+        picture = make_target(viewport, plan->settings().reads_ids);
         for (GlTexture& level : occlusion) {
             level = make_float_texture(GL_TEXTURE_3D, 0.0f);
         }
@@ -255,29 +236,12 @@ struct Renderer::Impl {
         check_framebuffer();
     }
 
-    Image draw(const sim::Snapshot& snapshot) {
-        double last = thread_ms();
-        const auto lap = [&] {
-            if (measures_times) {
-                glFinish();
-            }
-            const double start = last;
-            last = thread_ms();
-            return last - start;
-        };
-        const DrawList list = make_draw_list(scene, geometry, camera, snapshot, viewport);
-        times.list = lap();
+    void draw(const DrawList& list, RawPicture& to) {
         clip_from_world = list.camera.clip_from_world;
         upload_frame(list);
         draw_shadow_map(list);
-        times.shadow = lap();
         draw_picture(list);
-        times.picture = lap();
-        read_picture();
-        body_of_id = list.body_of_id;
-        Image image = smooth_edges(raw, geometry, list);
-        times.edges = lap();
-        return image;
+        read_picture(to);
     }
 
     void upload_frame(const DrawList& list) {
@@ -402,7 +366,7 @@ struct Renderer::Impl {
             draw_rounds(batch);
         }
         for (const Floor& floor : list.floors) {
-            draw_floor(floor, list);
+            draw_floor(floor);
         }
         glDepthFunc(GL_EQUAL);
         glDepthMask(GL_FALSE);
@@ -417,10 +381,10 @@ struct Renderer::Impl {
         program.set("mirrored_count", static_cast<int>(list.mirrored.size()));
     }
 
-    void draw_floor(const Floor& floor, const DrawList& list) {
+    void draw_floor(const Floor& floor) {
         glActiveTexture(GL_TEXTURE0 + unit::occlusion_floor);
         glBindTexture(GL_TEXTURE_2D, occlusion_floor.get());
-        const FloorOcclusion open = floor_occlusion(floor, list.occlusion);
+        const FloorOcclusion& open = floor.occlusion;
         glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, open.width, open.height, 0, GL_RED, GL_FLOAT,
                      open.open.data());
         for (const bool is_inside : {true, false}) {
@@ -442,32 +406,33 @@ struct Renderer::Impl {
         }
     }
 
-    void read_picture() {
+    void read_picture(RawPicture& to) const {
+        to.width = viewport.width;
+        to.height = viewport.height;
+        const std::size_t pixels = static_cast<std::size_t>(to.width) * static_cast<std::size_t>(to.height);
+        to.rgba.resize(4 * pixels);
         glPixelStorei(GL_PACK_ALIGNMENT, 4);
         glReadBuffer(GL_COLOR_ATTACHMENT0);
-        glReadPixels(0, 0, viewport.width, viewport.height, GL_RGBA, GL_UNSIGNED_BYTE, raw.rgba.data());
-        glReadBuffer(GL_COLOR_ATTACHMENT1);
-        glReadPixels(0, 0, viewport.width, viewport.height, GL_RED_INTEGER, GL_UNSIGNED_INT, raw.ids.data());
+        glReadPixels(0, 0, to.width, to.height, GL_RGBA, GL_UNSIGNED_BYTE, to.rgba.data());
+        if (plan->settings().reads_ids) {
+            to.ids.resize(pixels);
+            glReadBuffer(GL_COLOR_ATTACHMENT1);
+            glReadPixels(0, 0, to.width, to.height, GL_RED_INTEGER, GL_UNSIGNED_INT, to.ids.data());
+        }
         context.check("drawing a frame");
     }
 };
 
+Renderer::Renderer(std::shared_ptr<const PicturePlan> plan)
+    : impl_(std::make_unique<Impl>(std::move(plan))) {}
 Renderer::Renderer(const sim::SceneDef& scene, int width, int height, const RenderSettings& settings)
-    : impl_(std::make_unique<Impl>(scene, width, height, settings)) {}
+    : Renderer(std::make_shared<const PicturePlan>(scene, width, height, settings)) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
-Image Renderer::draw(const sim::Snapshot& snapshot) {
-    return impl_->draw(snapshot);
-}
-
-void Renderer::set_colors(std::span<const sim::Vec3> colors) {
-    CHECK(colors.size() == impl_->scene.bodies.size());
-    for (std::size_t i = 0; i < colors.size(); ++i) {
-        sim::LookDef& look = impl_->scene.bodies[i].look;
-        look.color = colors[i];
-    }
+void Renderer::draw(const DrawList& list, RawPicture& raw) {
+    impl_->draw(list, raw);
 }
 
 DepthPicture Renderer::depth() const {
@@ -481,38 +446,22 @@ DepthPicture Renderer::depth() const {
     return picture;
 }
 
-std::vector<std::uint32_t> Renderer::body_ids() const {
-    std::vector<std::uint32_t> bodies;
-    bodies.reserve(impl_->raw.ids.size());
-    const auto width = static_cast<std::size_t>(impl_->raw.width);
-    for (std::size_t y = static_cast<std::size_t>(impl_->raw.height); y-- > 0;) {
-        for (std::size_t x = 0; x < width; ++x) {
-            bodies.push_back(impl_->body_of_id.at(impl_->raw.ids[y * width + x]));
-        }
-    }
-    return bodies;
-}
-
-const RenderTimes& Renderer::times() const {
-    return impl_->times;
+Image Renderer::draw(const sim::Snapshot& snapshot) {
+    impl_->last_list = impl_->plan->list(snapshot);
+    impl_->draw(impl_->last_list, impl_->raw);
+    return impl_->plan->picture(impl_->raw, impl_->last_list);
 }
 
 Image Renderer::draw_blurred(const sim::Snapshot& snapshot, double shutter, int count) {
-    CHECK(count >= 1);
-    std::vector<std::uint32_t> sum;
-    Image image;
-    for (int i = 0; i < count; ++i) {
-        image = draw(moved(snapshot, shutter * ((i + 0.5) / count - 0.5)));
-        sum.resize(image.rgb.size());
-        // Squares stand for light: close to the display's gamma of 2.2.
-        for (std::size_t k = 0; k < sum.size(); ++k) {
-            sum[k] += static_cast<std::uint32_t>(image.rgb[k]) * image.rgb[k];
-        }
+    PictureMean mean;
+    for (const sim::Snapshot& state : states_in_shutter(snapshot, shutter, count)) {
+        mean.add(draw(state));
     }
-    for (std::size_t k = 0; k < sum.size(); ++k) {
-        image.rgb[k] = static_cast<std::uint8_t>(std::sqrt(static_cast<double>(sum[k]) / count) + 0.5);
-    }
-    return image;
+    return mean.take();
+}
+
+std::vector<std::uint32_t> Renderer::body_ids() const {
+    return render::body_ids(impl_->raw, impl_->last_list);
 }
 
 std::string Renderer::renderer_string() const {

@@ -2,8 +2,13 @@
 
 uniform sampler2DShadow shadow_map;
 
-// Share 0..1 of the sun that reaches a place in the map, p: texture coordinates and depth.
-// Tent filter over 4 x 4 texels from four gathers: continuous in position, so shadow edges do not crawl.
+#if !SOFT_SHADOWS
+// Share 0..1 of the sun that reaches a place in the map, p: texture coordinates and depth. Four texels, interpolated.
+float sunlight(vec3 p) {
+    return texture(shadow_map, vec3(p.xy, min(p.z, 1.0)));
+}
+#else
+// The same by a tent filter over 4 x 4 texels from four gathers: continuous in position, so edges do not crawl.
 float sunlight(vec3 p) {
     vec2 texel = p.xy * shadow_map_size - 0.5;
     vec2 f = fract(texel);
@@ -25,3 +30,4 @@ float sunlight(vec3 p) {
     float row3 = c.x * wx.x + c.y * wx.y + d.x * wx.z + d.y * wx.w;
     return dot(vec4(row0, row1, row2, row3), wy) * (1.0 / 16.0);
 }
+#endif

@@ -120,14 +120,47 @@ struct LightDef {
     double sky_intensity = 1.0;                ///< [-] >= 0
 };
 
+/// Settings of the pictures that go together; each can be set by itself too.
+enum class Preset {
+    draft,      ///< as fast as can be
+    standard,
+    final,      ///< for the last run
+};
+
 struct OutputDef {
     int width = 1280;                          ///< [px] 1..16384
     int height = 720;                          ///< [px] 1..16384
+    bool smooth_edges = true;
+    bool soft_shadows = true;
+    int shadow_size = 1024;                    ///< [px] side of the shadow map, 64..8192
+    int crf = 18;                              ///< x264's rate factor, 0 (lossless) .. 51
+    std::string effort = "veryfast";           ///< x264's preset: effort against size of the film
+    double shutter = 0.0;                      ///< [-] 0..1 of the time between two frames; 0: no motion blur
+    int subframes = 8;                         ///< 1..256 pictures that a blurred frame is the mean of
     Rational fps{60, 1};                       ///< [1/s] > 0
     Rational duration{6, 1};                   ///< [s] > 0
     int record_every = 0;                      ///< steps a trajectory record; 0: one record a frame
     std::string camera;                        ///< name; empty: the first
 };
+
+/// The preset as such: other keys at their defaults.
+inline OutputDef output_of(Preset preset) {
+    OutputDef output;
+    if (preset == Preset::draft) {
+        output.smooth_edges = false;
+        output.soft_shadows = false;
+        output.shadow_size = 512;
+        output.crf = 23;
+        output.effort = "superfast";
+    } else if (preset == Preset::final) {
+        output.width = 1920;
+        output.height = 1080;
+        output.shadow_size = 2048;
+        output.crf = 16;
+        output.effort = "medium";
+    }
+    return output;
+}
 
 struct SceneDef {
     std::string name;                          ///< file name without .toml

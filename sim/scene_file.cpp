@@ -68,9 +68,22 @@ StepSettings read_simulation(const TextSource& source, const TreeNode& node) {
 
 OutputDef read_output(const TextSource& source, const TreeNode& node) {
     Section section(source, node, scene_section("output"), "output");
-    OutputDef output;
-    output.width = section.integer("width");
-    output.height = section.integer("height");
+    OutputDef output = output_of(static_cast<Preset>(section.choice("preset")));
+    for (const auto& [key, value] :
+         {std::pair("width", &output.width), std::pair("height", &output.height),
+          std::pair("shadow_size", &output.shadow_size), std::pair("crf", &output.crf)}) {
+        *value = section.has(key) ? section.integer(key) : *value;
+    }
+    for (const auto& [key, value] :
+         {std::pair("smooth_edges", &output.smooth_edges), std::pair("soft_shadows", &output.soft_shadows)}) {
+        *value = section.has(key) ? section.boolean(key) : *value;
+    }
+    if (section.has("effort")) {
+        output.effort = choices_of(
+            *scene_section("output").find("effort"))[static_cast<std::size_t>(section.choice("effort"))];
+    }
+    output.shutter = section.number("shutter");
+    output.subframes = section.integer("subframes");
     output.fps = section.fraction("fps");
     output.duration = section.fraction("duration");
     output.record_every = section.integer("record_every");

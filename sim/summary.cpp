@@ -39,6 +39,13 @@ Json settings_json(const SceneDef& scene, int threads) {
             {"threads", threads},
             {"width_px", output.width},
             {"height_px", output.height},
+            {"smooth_edges", output.smooth_edges},
+            {"soft_shadows", output.soft_shadows},
+            {"shadow_size_px", output.shadow_size},
+            {"crf", output.crf},
+            {"effort", output.effort},
+            {"shutter", output.shutter},
+            {"subframes", output.subframes},
             {"fps", to_text(output.fps)},
             {"duration_s", output.duration.value()},
             {"record_every", output.record_every},
@@ -85,6 +92,10 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
     for (const WrittenFile& file : summary.files) {
         files.push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
     }
+    Json picture_stages = Json::object();
+    for (const auto& [stage, ms] : summary.picture_ms) {
+        picture_stages[stage] = ms;
+    }
     Json json = {{"program", "tumble " TUMBLE_VERSION},
                  {"scene", scene.name},
                  {"title", scene.title},
@@ -111,6 +122,8 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
                  {"state_hash", fmt::format("{:016x}", summary.state_hash)},
                  {"shaders_hash", summary.shaders_hash},
                  {"renderer", summary.renderer},
+                 {"processor", summary.processor},
+                 {"picture_ms_per_frame", picture_stages},
                  {"files", files}};
     // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace sim {
@@ -41,7 +42,9 @@ struct Summary {
     Mechanics end;
     std::uint64_t state_hash = 0; ///< of the last state
     std::string shaders_hash;     ///< of the pictures; empty if there are none
-    std::string renderer;         ///< OpenGL's name and version; empty if nothing was drawn
+    std::string renderer;         ///< OpenGL library; empty without pictures
+    std::string processor;        ///< what the bytes of pictures depend on
+    std::vector<std::pair<std::string, double>> picture_ms; ///< processor time of a frame [ms] by stage
     std::vector<WrittenFile> files;
 };
 

@@ -139,7 +139,7 @@ void draw(const sim::SceneDef& scene, const fs::path& folder, Record& record) {
     make_empty_folder(folder);
     record.scene_text = scene.text;
     sim::World world(scene, 1);
-    render::Renderer renderer(scene, scene.output.width, scene.output.height);
+    render::Renderer renderer(scene, scene.output.width, scene.output.height, render::render_settings(scene.output));
     record.origin = {"tumble " TUMBLE_VERSION, scene.name, "", render::shaders_hash(), renderer.renderer_string()};
     for (const std::int64_t frame : record.frames) {
         const std::int64_t step = sim::step_of_frame(frame, scene.output.fps, scene.step.time_step);

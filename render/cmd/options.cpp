@@ -88,6 +88,8 @@ std::string toml_list(std::string_view words) {
 void add_options(CLI::App& verb, Options& options, Changes changes) {
     verb.add_option("--out", options.out, "Folder for the results")->type_name("DIR");
     verb.add_option("--size", options.size, "Size of a frame [px], such as 1280x720")->type_name("WxH");
+    verb.add_option("--preset", options.preset, "Size, edges, shadows and encoder: draft, standard or final")
+        ->type_name("WORD");
     verb.add_option("--fps", options.fps, "Frames a second: a number or a fraction such as 24000/1001")
         ->type_name("N");
     verb.add_option("--duration", options.duration, "Length of the film [s]")->type_name("S");
@@ -123,6 +125,8 @@ void add_frame_options(CLI::App& verb, Options& options) {
     verb.add_flag("--body-ids", options.has_body_ids,
                   "Beside each frame which body each pixel shows: tumble compare then names bodies");
     verb.add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
+    verb.add_flag("--portable", options.is_portable,
+                  "The same pictures on processors with and without fused multiply-add; slower");
 }
 
 void add_still_options(CLI::App& verb, Options& options) {
@@ -171,6 +175,9 @@ FrameRange frame_range(const Options& options, std::int64_t frame_count) {
 
 std::vector<std::string> overrides_of(const Options& options) {
     std::vector<std::string> overrides = options.assignments;
+    if (!options.preset.empty()) {
+        overrides.push_back(fmt::format("output.preset=\"{}\"", options.preset));
+    }
     if (!options.size.empty()) {
         constexpr const char* expected = "width and height in pixels such as 1280x720";
         const std::size_t cross = options.size.find('x');

@@ -18,6 +18,7 @@ struct Options {
     std::vector<std::string> inputs;      ///< scene files, or one trajectory
     std::string out;                      ///< folder; empty: the verb's own default
     std::string size;                     ///< "WxH" [px]
+    std::string preset;                   ///< draft, standard, final
     std::string fps;                      ///< [1/s] number or fraction
     std::string duration;                 ///< [s]
     std::string time_step;                ///< [s]
@@ -36,6 +37,7 @@ struct Options {
     bool has_animation = false;
     bool is_resumed = false; ///< whole frames of an earlier run stay
     bool has_body_ids = false; ///< which body each pixel shows, beside the frames
+    bool is_portable = false; ///< pictures as processors without fused multiply-add draw them
     bool is_quiet = false;
 };
 
@@ -56,7 +58,7 @@ FrameRange frame_range(const Options& options, std::int64_t frame_count);
 
 /// Adds the options of one verb. `options` must outlive the parsing.
 void add_options(CLI::App& verb, Options& options, Changes changes);
-/// --frames and --resume.
+/// --frames, --resume and --portable.
 void add_frame_options(CLI::App& verb, Options& options);
 /// --poster, --sheet and --webp.
 void add_still_options(CLI::App& verb, Options& options);

@@ -3,6 +3,7 @@
 #include "render/cmd/run_record.h"
 #include "render/cmd/supervise.h"
 #include "render/film.h"
+#include "render/gl_context.h"
 #include "sim/error.h"
 #include "sim/scene_file.h"
 #include "sim/trajectory.h"
@@ -87,6 +88,7 @@ void render_trajectory(const Options& options) {
     }
     const render::StillsSettings stills = stills_of(options);
     const fs::path path = options.inputs.front();
+    render::configure_gl(options.is_portable);
     const sim::TrajectoryReader trajectory(path);
     const sim::SceneDef scene = scene_of(trajectory, path.string(), options);
     const std::vector<std::size_t> records = records_of_frames(trajectory, path.string(), scene);
@@ -140,10 +142,17 @@ void render_trajectory(const Options& options) {
         scene, stills, [&](std::int64_t frame) { return workplace.folder() / render::frame_file_name(frame); },
         workplace.folder());
     if (!options.is_quiet) {
-        std::printf("%s: %lld frames in %s; in %s\n", scene.name.c_str(),
-                    static_cast<long long>(frames.end - frames.begin),
-                    duration_text(std::chrono::duration<double>(Clock::now() - start).count()).c_str(),
-                    workplace.folder().c_str());
+        const auto count = static_cast<double>(frames.end - frames.begin);
+        const render::FilmTimes& times = film.times();
+        const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        std::fputs(
+            fmt::format("{}: {} frames in {}, {:.1f} ms each; processor time of the stages: list {:.1f}, "
+                        "draw {:.1f}, edges {:.1f}, png {:.1f}, video {:.1f} ms; in {}\n",
+                        scene.name, frames.end - frames.begin, duration_text(seconds), 1e3 * seconds / count,
+                        times.list / count, times.draw / count, times.edges / count, times.png / count,
+                        times.video / count, workplace.folder().string())
+                .c_str(),
+            stdout);
     }
 }
 

@@ -4,6 +4,7 @@
 #include "render/cmd/run_record.h"
 #include "render/cmd/simulation.h"
 #include "render/cmd/supervise.h"
+#include "render/gl_context.h"
 #include "render/shader.h"
 #include "sim/error.h"
 #include "sim/scene_file.h"
@@ -133,6 +134,14 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
     if (film != nullptr) {
         summary.shaders_hash = render::shaders_hash();
         summary.renderer = film->renderer_string();
+        const auto count = static_cast<double>(frame_count_of(scene));
+        const render::FilmTimes& times = film->times();
+        summary.processor = render::processor_class();
+        summary.picture_ms = {{"list", times.list / count},
+                              {"draw", times.draw / count},
+                              {"edges", times.edges / count},
+                              {"png", times.png / count},
+                              {"video", times.video / count}};
         const std::vector<sim::WrittenFile> files = film->files();
         summary.files.insert(summary.files.end(), files.begin(), files.end());
     }
@@ -148,6 +157,7 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
 }
 
 void run_all(const Options& options, bool has_pictures) {
+    render::configure_gl(options.is_portable);
     // All are read before the first is run: a mistake in the last one shows at once.
     const std::vector<std::string> overrides = overrides_of(options);
     const fs::path out = options.out.empty() ? "out" : options.out;

@@ -1,5 +1,6 @@
 #include "render/cmd/run_record.h"
 
+#include "render/gl_context.h"
 #include "sim/error.h"
 #include "sim/file_io.h"
 #include "sim/scene_difference.h"
@@ -14,12 +15,13 @@ namespace fs = std::filesystem;
 namespace {
 
 RunRecord record_of(const sim::SceneDef& scene) {
-    return {"tumble " TUMBLE_VERSION, scene.name, scene.text, scene.overrides};
+    return {"tumble " TUMBLE_VERSION, render::processor_class(), scene.name, scene.text, scene.overrides};
 }
 
 /// Throws Error (io).
 void write_run_record(const fs::path& folder, const RunRecord& record) {
     const nlohmann::ordered_json json = {{"program", record.program},
+                                         {"processor", record.processor},
                                          {"scene_name", record.scene_name},
                                          {"overrides", record.overrides},
                                          {"scene_text", record.scene_text}};
@@ -34,6 +36,9 @@ std::string record_difference(const RunRecord& now, const RunRecord& before) {
     if (now.program != before.program) {
         return fmt::format("this is {}, it was {}", now.program, before.program);
     }
+    if (now.processor != before.processor) {
+        return fmt::format("this processor is {}, it was {}", now.processor, before.processor);
+    }
     return sim::scene_difference({now.scene_text, now.overrides}, {before.scene_text, before.overrides});
 }
 
@@ -46,8 +51,8 @@ std::optional<RunRecord> read_run_record(const fs::path& folder) {
     const std::string text = sim::read_text_file(path);
     try {
         const nlohmann::json json = nlohmann::json::parse(text);
-        return RunRecord{json.at("program"), json.at("scene_name"), json.at("scene_text"),
-                         json.at("overrides")};
+        return RunRecord{json.at("program"), json.at("processor"), json.at("scene_name"),
+                         json.at("scene_text"), json.at("overrides")};
     } catch (const nlohmann::json::exception&) {
         throw sim::Error(sim::ExitCode::io, fmt::format("cannot read {}: it is damaged", path.string()));
     }

@@ -1,4 +1,5 @@
 /// The built program as a user runs it: exit codes, files, messages.
+#include "render/gl_context.h"
 #include "sim/scene_file.h"
 #include "sim/trajectory.h"
 #include "tests/program/program_fixture.h"
@@ -45,6 +46,11 @@ TEST_F(program, run_writes_frames_film_trajectory_and_summary) {
     const nlohmann::json summary = nlohmann::json::parse(bytes("out/block/summary.json"));
     EXPECT_EQ(summary["steps"], 400);
     EXPECT_EQ(summary["simulated_time_s"], 0.4);
+    EXPECT_NE(std::string(summary["renderer"]).find("llvmpipe"), std::string::npos);
+    EXPECT_EQ(summary["processor"], render::processor_class());
+    for (const char* stage : {"list", "draw", "edges", "png", "video"}) {
+        EXPECT_GT(summary["picture_ms_per_frame"][stage], 0.0) << stage;
+    }
     std::set<std::string> named{"summary.json"};
     for (const nlohmann::json& file : summary["files"]) {
         named.insert(file["name"]);
@@ -119,6 +125,35 @@ TEST_F(program, render_draws_an_earlier_simulation_in_another_size_and_rate) {
     EXPECT_EQ(film.frames.size(), 4u);
     EXPECT_EQ(film.width, 162); // even
     EXPECT_EQ(film.height, 92);
+}
+
+// The shutter is open for all of a frame's 50 ms, in which the block falls 12 cm in frame 5.
+TEST_F(program, an_open_shutter_blurs_what_moves_and_nothing_else) {
+    ASSERT_EQ(tumble("run block.toml --out sharp --no-video --size 160x90").code, 0);
+    ASSERT_EQ(tumble("render sharp/block/trajectory.h5 --out blurred --no-video "
+                     "--set output.shutter=1 --set output.subframes=4")
+                  .code,
+              0);
+    const std::string name = "block/" + render::frame_file_name(5);
+    const render::Image sharp = render::read_image(folder / "sharp" / name);
+    const render::Image blurred = render::read_image(folder / "blurred" / name);
+    int changed = 0;
+    for (std::size_t i = 0; i < sharp.rgb.size(); ++i) {
+        changed += std::abs(sharp.rgb[i] - blurred.rgb[i]) > 8 ? 1 : 0;
+    }
+    EXPECT_GT(changed, 30);
+    EXPECT_LT(changed, static_cast<int>(sharp.rgb.size() / 10));
+}
+
+TEST_F(program, portable_pictures_say_so_and_are_not_mixed_with_others) {
+    const std::string small = "run block.toml --no-video --preset draft --size 160x90 ";
+    ASSERT_EQ(tumble(small + "--portable").code, 0);
+    const nlohmann::json summary = nlohmann::json::parse(bytes("out/block/summary.json"));
+    EXPECT_EQ(summary["processor"], "x86-64, no more than sse4.1");
+    EXPECT_EQ(summary["settings"]["effort"], "superfast");
+    const Outcome mixed = tumble(small + "--resume");
+    EXPECT_EQ(mixed.code, 2);
+    EXPECT_NE(mixed.err.find("it was x86-64, no more than sse4.1"), std::string::npos) << mixed.err;
 }
 
 TEST_F(program, a_second_run_leaves_nothing_of_the_first) {

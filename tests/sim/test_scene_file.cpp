@@ -334,6 +334,12 @@ TEST(scene_file, defaults_are_those_of_the_structs) {
     const OutputDef output;
     EXPECT_EQ(scene.output.width, output.width);
     EXPECT_EQ(scene.output.height, output.height);
+    EXPECT_EQ(scene.output.smooth_edges, output.smooth_edges);
+    EXPECT_EQ(scene.output.shadow_size, output.shadow_size);
+    EXPECT_EQ(scene.output.crf, output.crf);
+    EXPECT_EQ(scene.output.effort, output.effort);
+    EXPECT_EQ(scene.output.shutter, output.shutter);
+    EXPECT_EQ(scene.output.subframes, output.subframes);
     EXPECT_EQ(scene.output.fps, output.fps);
     EXPECT_EQ(scene.output.duration, output.duration);
     EXPECT_EQ(scene.output.record_every, output.record_every);
@@ -359,6 +365,36 @@ TEST(scene_file, defaults_are_those_of_the_structs) {
     EXPECT_FALSE(one.bodies[0].material.restitution || one.bodies[0].material.mu_s ||
                  one.bodies[0].material.mu_d);
     EXPECT_DOUBLE_EQ(one.bodies[0].mass.mass, 1000.0 * std::numbers::pi / 6);
+}
+
+TEST(scene_file, presets_give_what_a_scene_leaves_out) {
+    const SceneDef draft = parse_scene("[output]\npreset = \"draft\"\ncrf = 30\n", "draft.toml");
+    EXPECT_FALSE(draft.output.smooth_edges);
+    EXPECT_FALSE(draft.output.soft_shadows);
+    EXPECT_EQ(draft.output.width, 1280);
+    EXPECT_EQ(draft.output.shadow_size, 512);
+    EXPECT_EQ(draft.output.crf, 30);
+    EXPECT_EQ(draft.output.effort, "superfast");
+    const std::vector<std::string> overrides{"output.preset=\"final\"", "output.height=720"};
+    const SceneDef last =
+        parse_scene("[output]\neffort = \"slow\"\nsmooth_edges = false\n", "last.toml", overrides);
+    EXPECT_FALSE(last.output.smooth_edges);
+    EXPECT_EQ(last.output.width, 1920);
+    EXPECT_EQ(last.output.height, 720);
+    EXPECT_EQ(last.output.shadow_size, 2048);
+    EXPECT_EQ(last.output.crf, 16);
+    EXPECT_EQ(last.output.effort, "slow");
+}
+
+TEST(scene_file, a_plane_without_colours_is_dark) {
+    const SceneDef scene =
+        parse_scene("[[body]]\nname = \"floor\"\nstatic = true\nshape = { kind = \"plane\" }\n"
+                    "[[body]]\nname = \"wall\"\nstatic = true\nshape = { kind = \"plane\" }\n"
+                    "color = [1, 1, 1]\neuler_degrees = [90, 0, 0]\n",
+                    "planes.toml");
+    EXPECT_EQ(scene.bodies[0].look.color, floor_color);
+    EXPECT_EQ(scene.bodies[0].look.pattern_color, floor_line_color);
+    EXPECT_EQ(scene.bodies[1].look.color, Vec3(1, 1, 1));
 }
 
 // --- what is right ---------------------------------------------------------------------------------------
