@@ -25,6 +25,7 @@ protected:
             nlohmann::json json = nlohmann::json::parse(bytes(run + "/summary.json"));
             json.erase("wall_time_s");
             json.erase("stage_ms_per_step");
+            json.erase("picture_ms_per_frame");
             return json;
         };
         EXPECT_EQ(summary(a), summary(b));
