@@ -48,23 +48,19 @@ void fill_lane(BlockBatch& batch, std::size_t lane, const ContactBlock& block, c
     batch.inverse_mass_b.x[lane] = bodies.props[b].inverse_mass;
     set_symmetric(batch.inverse_inertia_a, lane, bodies.inverse_inertia[a]);
     set_symmetric(batch.inverse_inertia_b, lane, bodies.inverse_inertia[b]);
-    int k = 0;
-    for (int i = 0; i < 6; ++i) {
-        for (int j = 0; j <= i; ++j) {
-            batch.response[k++].x[lane] = block.response(i, j);
-        }
-    }
     batch.node_weight.x[lane] = block.node_weight;
-    batch.k_t.x[lane] = block.k_t;
+    batch.flat |= static_cast<unsigned>(block.is_flat) << lane;
 }
 
 /// A lane without a block: nothing moves in it, and its equations have a solution.
 void fill_empty_lane(BlockBatch& batch, std::size_t lane) {
     batch.a[lane] = batch.b[lane] = 0;
     batch.block[lane] = -1;
-    for (const int diagonal : {0, 2, 5, 9, 14, 20}) {
-        batch.response[diagonal].x[lane] = 1.0;
+    for (const int axis : {0, 1, 2}) {
+        set_vector(batch.frame + 3 * axis, lane, Vec3::Unit(axis));
     }
+    batch.inverse_mass_a.x[lane] = 1.0;
+    set_symmetric(batch.inverse_inertia_a, lane, Mat3::Identity());
 }
 
 } // namespace
@@ -130,6 +126,7 @@ void ContactBlocks::arrange(const Bodies& bodies) {
             fill_empty_lane(batch, lane);
         }
     }
+    prepare_batches({batches.data(), batches.size(), batch_points.data()});
 }
 
 void ContactBlocks::load_batches(const Bodies& bodies) {

@@ -313,7 +313,9 @@ double set_friction(Points points, const std::array<Vec2, block_size>& impulse, 
 
 /// Friction impulses of a block for its present normal impulses. Returns the largest velocity change at a
 /// point [m/s].
-double solve_friction(const ContactBlock& block, Points points, const Mat6& w, Vec6& twist, Vec6& wrench) {
+double solve_friction(const ContactBlock& block, const BlockResponse& response, Points points, Vec6& twist,
+                      Vec6& wrench) {
+    const Mat6& w = response.twist;
     std::array<Vec2, block_size> impulse;
     double load = 0.0;
     for (const ContactPoint& p : points) {
@@ -349,7 +351,7 @@ double solve_friction(const ContactBlock& block, Points points, const Mat6& w, V
                                        ? slip
                                        : Vec2(slip + (moving / (moving + stopped)) * (u_t0 - slip));
             // Steps in proportion to the load: together they act as one step of the whole block.
-            const double k_t = block.k_t * load / p.p_n;
+            const double k_t = response.k_t * load / p.p_n;
             const Vec2 stopping = p.p_t - slip / k_t;
             impulse[i] =
                 can_stick(stopping, p.p_n, mu) ? stopping : sliding_sum(p.p_t, u_sliding, k_t, mu * p.p_n);
@@ -365,26 +367,22 @@ double solve_friction(const ContactBlock& block, Points points, const Mat6& w, V
 
 } // namespace
 
-Vec6 block_wrench(const ContactBlock& block, std::span<ContactPoint> points, Vec6 twist, double& change) {
+Vec6 block_wrench(const ContactBlock& block, const BlockResponse& response, std::span<ContactPoint> points, Vec6 twist,
+                  double& change) {
     Vec6 wrench = Vec6::Zero();
-    change = solve_normals(points, block.response, twist, wrench);
+    change = solve_normals(points, response.twist, twist, wrench);
     if (block.has_friction()) {
-        change = std::max(change, solve_friction(block, points, block.response, twist, wrench));
+        change = std::max(change, solve_friction(block, response, points, twist, wrench));
     }
     return wrench;
 }
 
-double solve_block(ContactBlock& block, std::span<ContactPoint> points, const Bodies& bodies,
-                   std::span<Velocity> velocity, bool hold_a, bool hold_b) {
+double solve_block(const ContactBlock& block, const BlockResponse& response, std::span<ContactPoint> points,
+                   const Bodies& bodies, std::span<Velocity> velocity, bool hold_a, bool hold_b) {
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
-    const Mat6 response = block.response;
-    if (hold_a || hold_b) {
-        block.response = block_response(block, bodies, hold_a, hold_b);
-    }
     double change = 0.0;
-    const Vec6 wrench = block_wrench(block, points, relative_twist(block, velocity), change);
-    block.response = response;
+    const Vec6 wrench = block_wrench(block, response, points, relative_twist(block, velocity), change);
     if (!wrench.isZero(0.0)) {
         const Velocity kept_a = velocity[a];
         const Velocity kept_b = velocity[b];

@@ -40,9 +40,10 @@ void TogetherSweeps::begin(const ContactBlocks& loop, const Bodies& bodies) {
     blocks_ = loop.blocks;
     std::ranges::stable_sort(blocks_, {}, group_of);
     group_.clear();
+    responses_.clear();
     std::ranges::transform(blocks_, std::back_inserter(group_), group_of);
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
-        ContactBlock& block = blocks_[k];
+        const ContactBlock& block = blocks_[k];
         // A body counts as so many times lighter as the group has blocks on it.
         const auto shares = [&](int body) {
             double count = 0.0;
@@ -53,9 +54,10 @@ void TogetherSweeps::begin(const ContactBlocks& loop, const Bodies& bodies) {
         };
         const double of_a = shares(block.a);
         const double of_b = shares(block.b);
-        block.response =
-            of_a * block_response(block, bodies, false, true) + of_b * block_response(block, bodies, true, false);
-        block.k_t *= std::max(of_a, of_b);
+        const double k_t = block_response(block, loop.points_of(block), bodies).k_t;
+        responses_.push_back({of_a * block_response(block, {}, bodies, false, true).twist +
+                                  of_b * block_response(block, {}, bodies, true, false).twist,
+                              k_t * std::max(of_a, of_b)});
     }
 }
 
@@ -70,7 +72,8 @@ double TogetherSweeps::sweep(ContactBlocks& loop, const Bodies& bodies, std::spa
         for (; last < blocks_.size() && group_[last] == group_[first]; ++last) {
             const ContactBlock& block = blocks_[last];
             double change = 0.0;
-            wrenches_.push_back(block_wrench(block, loop.points_of(block), relative_twist(block, velocity), change));
+            wrenches_.push_back(block_wrench(block, responses_[last], loop.points_of(block),
+                                             relative_twist(block, velocity), change));
             change_ = std::max(change_, change);
         }
         for (std::size_t k = first; k < last; ++k) {

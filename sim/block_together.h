@@ -27,7 +27,8 @@ public:
 private:
     void carry_on(ContactBlocks& loop, const Bodies& bodies, std::span<Velocity> velocity);
 
-    std::vector<ContactBlock> blocks_; ///< with the responses of their shares of the bodies; by group
+    std::vector<ContactBlock> blocks_; ///< by group
+    std::vector<BlockResponse> responses_; ///< [blocks_] of their shares of the bodies
     std::vector<int> group_;           ///< [blocks_] those of one group are solved at the same time
     std::vector<Vec6> wrenches_;       ///< of one group
     std::vector<Vec3> carried_;        ///< [points] impulses (p_t, p_n) as the last sweep began [N s]

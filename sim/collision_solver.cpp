@@ -44,6 +44,22 @@ double restitution_in_pass(double e, int pass) {
                : std::pow(e, 1.0 + (pass - first_repeated_pass + 1) / passes_per_impact);
 }
 
+/// Points of contact lie within this many bounding radii [-] of a body's centre.
+constexpr double outermost = 1.01;
+
+/// Can no contact of the pair collide? It is too slow, or farther apart than `reach` [m] and what it covers in `soon` [s].
+bool is_quiet(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, double threshold,
+              double reach, double soon) {
+    const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+    const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+    double fastest = (velocity[a].v - velocity[b].v).norm();
+    for (const std::size_t i : {a, b}) {
+        fastest += bodies.props[i].is_static() ? 0.0
+                                               : outermost * bodies.props[i].bounding_radius * velocity[i].w.norm();
+    }
+    return fastest < threshold || pair.least_gap > std::max(reach, fastest * soon);
+}
+
 /// from + s (to - from), body by body.
 void blend(std::span<const Velocity> from, std::span<const Velocity> to, double s,
            std::span<Velocity> result) {
@@ -58,7 +74,8 @@ void blend(std::span<const Velocity> from, std::span<const Velocity> to, double 
 bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts> pairs,
                               const StepSettings& settings, std::span<const Velocity> velocity, int pass) {
     const double threshold = resting_threshold(settings);
-    const bool stops_at_impacts = settings.impacts == ImpactHandling::stop;
+    const double reach = std::max(touch_gap(settings), simultaneous_gap);
+    const double shortest = settings.impacts == ImpactHandling::stop ? shortest_interval(settings) : 0.0;
     loop_.clear();
     energy_owed_ = 0.0;
     for (const PairContacts& pair : pairs) {
@@ -68,6 +85,9 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
         if (pass > 0 && joints_.empty() && changed_[a] == 0 && changed_[b] == 0) {
             continue;
         }
+        if (!(pass == 0 && pair.was_ahead) && is_quiet(bodies, pair, velocity, threshold, reach, shortest)) {
+            continue;
+        }
         geometry_.clear();
         targets_.clear();
         for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
@@ -75,8 +95,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             const Vec3 u_rel = velocity[a].at(at.a - bodies.pose[a].position) -
                                velocity[b].at(at.b - bodies.pose[b].position);
             double approach = -u_rel.dot(at.n);
-            const double soon = stops_at_impacts ? approach * shortest_interval(settings) : 0.0;
-            if (at.gap > std::max({touch_gap(settings), simultaneous_gap, soon})) {
+            if (at.gap > std::max(reach, approach * shortest)) {
                 continue;
             }
             if (pass == 0) {

@@ -49,8 +49,9 @@ double largest_eigenvalue(const Mat2& k) {
 
 } // namespace
 
-Mat6 block_response(const ContactBlock& block, const Bodies& bodies, bool hold_a, bool hold_b) {
-    Mat6 response = Mat6::Zero();
+BlockResponse block_response(const ContactBlock& block, std::span<const ContactPoint> points, const Bodies& bodies,
+                             bool hold_a, bool hold_b) {
+    BlockResponse response;
     const auto add = [&](int body, const Vec3& r) {
         const auto i = static_cast<std::size_t>(body);
         if (bodies.props[i].is_static()) {
@@ -60,13 +61,16 @@ Mat6 block_response(const ContactBlock& block, const Bodies& bodies, bool hold_a
         const Mat3 turned = bodies.props[i].inertia_kind == InertiaKind::spherical
                                 ? inertia
                                 : Mat3(block.frame.transpose() * inertia * block.frame);
-        add_response(response, bodies.props[i].inverse_mass, turned, block.frame.transpose() * r);
+        add_response(response.twist, bodies.props[i].inverse_mass, turned, block.frame.transpose() * r);
     };
     if (!hold_a) {
         add(block.a, block.r_a);
     }
     if (!hold_b) {
         add(block.b, block.r_b);
+    }
+    for (const ContactPoint& point : points) {
+        response.k_t = std::max(response.k_t, largest_eigenvalue(tangential_response(response.twist, point)));
     }
     return response;
 }
@@ -107,17 +111,12 @@ void ContactBlocks::append(const Bodies& bodies, int a, int b, std::span<const C
         block.r_b = centre_b - bodies.pose[ib].position;
         const Vec3 t = tangent_of(n);
         block.frame << t, n.cross(t), n;
-        block.response = block_response(block, bodies, false, false);
         for (std::size_t i = first; i < last; ++i) {
             const Vec3 arm = block.frame.transpose() * (contacts[i].a - mean);
             ContactPoint point;
             point.x = arm.x();
             point.y = arm.y();
             points.push_back(point);
-            if (block.has_friction()) {
-                block.k_t =
-                    std::max(block.k_t, largest_eigenvalue(tangential_response(block.response, point)));
-            }
         }
         blocks.push_back(block);
         first = last;

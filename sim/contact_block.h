@@ -57,16 +57,19 @@ struct ContactBlock {
     /// acts before t0; 1 (the velocity after) in a collision, where sticking and sliding are then one law.
     double node_weight = 1.0;
     bool is_sticking = false; ///< the mark of eq. 6
-    double k_t = 0.0;         ///< [1/kg] largest eigenvalue of K_tt over the points
+    bool is_flat = false;     ///< a face against points: its gaps are linear in small changes of velocity
     Vec3 r_a = Vec3::Zero();  ///< middle of the contacts on a from its centre of mass [m]
     Vec3 r_b = Vec3::Zero();
     Mat3 frame = Mat3::Identity(); ///< columns t_1, t_2, n
-    Mat6 response =
-        Mat6::Zero(); ///< relative twist by a wrench, in the block's frame (K and its angular parts)
-
     Vec3 twist_before = Vec3::Zero(); ///< u_1, u_2 [m/s], w_n [rad/s] before any impulse of this solve
 
     bool has_friction() const { return mu_s > 0.0; }
+};
+
+/// How a block's relative twist answers to impulses.
+struct BlockResponse {
+    Mat6 twist = Mat6::Zero(); ///< by a unit wrench, in the block's frame (K and its angular parts)
+    double k_t = 0.0;          ///< [1/kg] largest eigenvalue of K_tt over the points
 };
 
 /// Restitution and friction coefficients of a pair.
@@ -108,7 +111,7 @@ struct ContactBlocks {
     void append(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
                 const PairMaterial& material);
 
-    /// Sets the batches up for the present blocks.
+    /// Sets the batches up for the present blocks, with their responses.
     void arrange(const Bodies& bodies);
 
     /// Targets, marks and impulses of blocks and points go into the batches; all blocks are to be solved again.
@@ -144,8 +147,9 @@ inline Vec2 tangential_velocity(const ContactPoint& point, const Vec6& twist) {
     return {twist[0] - twist[5] * point.y, twist[1] + twist[5] * point.x};
 }
 
-/// Relative twist that a unit wrench on the block causes, in its frame; held bodies count as immovable.
-Mat6 block_response(const ContactBlock& block, const Bodies& bodies, bool hold_a, bool hold_b);
+/// What impulses on the block do; held bodies count as immovable.
+BlockResponse block_response(const ContactBlock& block, std::span<const ContactPoint> points, const Bodies& bodies,
+                             bool hold_a = false, bool hold_b = false);
 
 /// Adds the wrench (P, L) [N s], [N m s], given in the block's frame, to both bodies.
 void apply_wrench(const ContactBlock& block, const Vec6& wrench, std::span<const BodyProps> props,
@@ -174,11 +178,13 @@ Vec6 wrench_of(std::span<const ContactPoint> points);
 
 /// Solves one block with all others held: its points' impulse sums change, and the wrench [N s], [N m s] returned is
 /// still to be given to its bodies. twist: its relative twist; change: the largest velocity change at a point [m/s].
-Vec6 block_wrench(const ContactBlock& block, std::span<ContactPoint> points, Vec6 twist, double& change);
+Vec6 block_wrench(const ContactBlock& block, const BlockResponse& response, std::span<ContactPoint> points, Vec6 twist,
+                  double& change);
 
 /// Solves one block with all others held; returns the largest velocity change at a point [m/s].
-/// `points`: those of the block. `hold_a`, `hold_b`: that body counts as immovable (shock propagation).
-double solve_block(ContactBlock& block, std::span<ContactPoint> points, const Bodies& bodies,
-                   std::span<Velocity> velocity, bool hold_a = false, bool hold_b = false);
+/// `points`: those of the block. `hold_a`, `hold_b`: that body counts as immovable (shock propagation), in `response`
+/// too.
+double solve_block(const ContactBlock& block, const BlockResponse& response, std::span<ContactPoint> points,
+                   const Bodies& bodies, std::span<Velocity> velocity, bool hold_a = false, bool hold_b = false);
 
 } // namespace sim

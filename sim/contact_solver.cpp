@@ -93,6 +93,16 @@ Vec3 rolled(const Pose& from, const Pose& to, const Vec3& touch_from, const Vec3
 
 void match_memory(std::span<const ContactMemory> old, PairContacts& pair, double reach) {
     const std::vector<Contact>& contacts = pair.manifold.contacts;
+    const auto same_id = [](const Contact& contact, const ContactMemory& memory) {
+        return contact.feature.id == memory.id;
+    };
+    if (std::ranges::equal(contacts, old, same_id)) {
+        pair.memory.assign(old.begin(), old.end());
+        for (std::size_t i = 0; i < contacts.size(); ++i) {
+            pair.memory[i].core_a = contacts[i].feature.core_a;
+        }
+        return;
+    }
     pair.memory.assign(contacts.size(), {});
     std::uint64_t used = 0; // a bit for each of the old ones; more than 64 are found by their ids only
     const auto is_used = [&](std::size_t j) { return j < 64 && (used >> j & 1u) != 0; };
@@ -149,6 +159,11 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
                                               loose_gap_relaxation / gap_relaxation, 1.0);
     velocity_ = bodies.velocity;
     predicted_ = bodies.pose;
+    radius_.clear();
+    for (const BodyProps& props : bodies.props) {
+        radius_.push_back(props.is_static() ? 0.0 : props.bounding_radius);
+    }
+    all_in_solve_ = true;
     placed_.resize(predicted_.size());
     loop_.clear();
     contacts_.clear();
@@ -168,6 +183,7 @@ void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairCon
     for (std::size_t i = 0; i < p.manifold.contacts.size(); ++i) {
         const Contact& contact = p.manifold.contacts[i];
         if (stop_at_impacts_ && is_impact(bodies, p.manifold, contact, settings_)) {
+            all_in_solve_ = false;
             continue;
         }
         geometry_.push_back(contact.at);
@@ -184,6 +200,7 @@ void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairCon
 }
 
 void ContactSolver::drop_contacts(const Bodies& bodies, int pair) {
+    all_in_solve_ = false;
     for (ContactBlock& block : loop_.blocks) {
         if (block.count > 0 && contacts_[static_cast<std::size_t>(block.first)].pair == pair) {
             apply_wrench(block, -wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia,
@@ -201,6 +218,10 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
     const auto b = static_cast<std::size_t>(block.b);
     double last_interval = 0.0;
     bool touches = false;
+    const ContactFeature& feature =
+        pair.manifold.contacts[static_cast<std::size_t>(contacts_[static_cast<std::size_t>(block.first)].index)].feature;
+    block.is_flat =
+        (feature.kind == FeatureKind::face_a || feature.kind == FeatureKind::face_b) && !is_curved(feature);
     for (int k = block.first; k < block.first + block.count; ++k) {
         const auto i = static_cast<std::size_t>(contacts_[static_cast<std::size_t>(k)].index);
         last_interval = std::max(last_interval, pair.memory[i].last_interval);
@@ -285,29 +306,46 @@ double ContactSolver::measure_again(const Bodies& bodies, const std::vector<Pair
         if (block.count == 0) {
             continue;
         }
-        const RestingContact& first = contacts_[static_cast<std::size_t>(block.first)];
-        const ContactFeature& feature = pairs[static_cast<std::size_t>(first.pair)]
-                                            .manifold.contacts[static_cast<std::size_t>(first.index)]
-                                            .feature;
-        const bool flat = feature.kind == FeatureKind::face_a || feature.kind == FeatureKind::face_b;
-        if (!flat || is_curved(feature) ||
-            curvature_bound(bodies, block.a, block.b) > linear_share * settings_.tolerance) {
+        if (!block.is_flat || curvature_bound(bodies, block.a, block.b) > linear_share * settings_.tolerance) {
             worst = std::max(worst, measure_block(bodies, pairs, block));
             continue;
         }
         const Vec6 twist = relative_twist(block, velocity_);
         for (int k = block.first; k < block.first + block.count; ++k) {
             const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-            RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
             const double missing = h_ * (point.u_n_target - normal_velocity(point, twist));
-            contact.gap = contact.gap_target - missing;
             worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
-            if (block.has_friction()) {
-                contact.d_t = h_ * (tangential_velocity(point, twist) - point.u_t_target) - contact.d_t_owed;
+        }
+    }
+    return worst;
+}
+
+/// The same, eight blocks at a time.
+double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+    unsure_.resize(loop_.batches.size());
+    double worst = check_batches({.batches = loop_.batches.data(),
+                                  .batch_count = loop_.batches.size(),
+                                  .points = loop_.batch_points.data(),
+                                  .velocity = velocity_.front().v.data(),
+                                  .measured = measured_.front().v.data(),
+                                  .radius = radius_.data(),
+                                  .h = h_,
+                                  .bend = linear_share * settings_.tolerance,
+                                  .unsure = unsure_.data()});
+    for (std::size_t i = 0; i < unsure_.size(); ++i) {
+        for (std::size_t lane = 0; unsure_[i] >> lane != 0; ++lane) {
+            if ((unsure_[i] >> lane & 1u) != 0) {
+                const int block = loop_.batches[i].block[lane];
+                worst = std::max(worst, measure_block(bodies, pairs, loop_.blocks[static_cast<std::size_t>(block)]));
             }
         }
     }
     return worst;
+}
+
+/// Displacement [m] in the block's tangents that this step takes back of the slip of earlier ones.
+Vec2 ContactSolver::owed_displacement(const ContactBlock& block, const ContactMemory& memory) const {
+    return relaxation_ * step_share_ * Vec2(memory.slip.dot(block.frame.col(0)), memory.slip.dot(block.frame.col(1)));
 }
 
 /// Gaps and displacements at the predicted poses, and the targets that close them (eq. 8: the velocity change
@@ -331,12 +369,11 @@ double ContactSolver::measure_block(const Bodies& bodies, const std::vector<Pair
     };
     for (int k = block.first; k < block.first + block.count; ++k) {
         ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-        RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
+        const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
         const PairContacts& pair = pairs[static_cast<std::size_t>(contact.pair)];
         const auto i = static_cast<std::size_t>(contact.index);
         const ContactFeature& feature = pair.manifold.contacts[i].feature;
         const ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
-        contact.gap = at.gap;
         const double missing = contact.gap_target - at.gap;
         worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
         point.u_n_target = normal_velocity(point, twist) + missing / h_;
@@ -344,23 +381,22 @@ double ContactSolver::measure_block(const Bodies& bodies, const std::vector<Pair
             continue;
         }
         const Vec2 u_t = tangential_velocity(point, twist);
+        Vec2 d_t; // tangential displacement over the step
         if (feature.rim_radius > 0.0) {
             const ContactGeometry& start = pair.manifold.contacts[i].at;
             const auto a = static_cast<std::size_t>(block.a);
             const auto b = static_cast<std::size_t>(block.b);
-            contact.d_t = in_plane(rolled(bodies.pose[a], predicted_[a], start.a, at.a) -
-                                   rolled(bodies.pose[b], predicted_[b], start.b, at.b));
+            d_t = in_plane(rolled(bodies.pose[a], predicted_[a], start.a, at.a) -
+                           rolled(bodies.pose[b], predicted_[b], start.b, at.b));
         } else if (is_curved(feature)) {
             // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at
             // mid-step.
-            contact.d_t =
-                h_ * (u_t + in_plane(0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_)));
+            d_t = h_ * (u_t + in_plane(0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_)));
         } else {
             const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
-            contact.d_t = in_plane(d - d.dot(at.n) * at.n);
+            d_t = in_plane(d - d.dot(at.n) * at.n);
         }
-        contact.d_t_owed = relaxation_ * step_share_ * in_plane(pair.memory[i].slip);
-        point.u_t_target = u_t - (contact.d_t + contact.d_t_owed) / h_;
+        point.u_t_target = u_t - (d_t + owed_displacement(block, pair.memory[i])) / h_;
     }
     return worst;
 }
@@ -442,7 +478,10 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     for (int outer = 0; outer < outer_limit && !(loop_.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
-        report.residual = outer == 0 ? measure(bodies, pairs) : measure_again(bodies, pairs);
+        const bool in_batches = !TogetherSweeps::fits(loop_) && !settings_.shock_propagation;
+        report.residual = outer == 0   ? measure(bodies, pairs)
+                          : in_batches ? measure_batches_again(bodies, pairs)
+                                       : measure_again(bodies, pairs);
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, predicted_, velocity_, h_, step_share_);
         if (outer > 0 && report.residual <= accepted_share * gap_tolerance &&
@@ -492,7 +531,8 @@ std::vector<Velocity> ContactSolver::velocity_at_node(const Bodies& bodies) cons
 
 void ContactSolver::remember(std::vector<PairContacts>& pairs, std::span<JointMemory> joint_memory) const {
     for (PairContacts& pair : pairs) {
-        for (ContactMemory& memory : pair.memory) {
+        for (std::size_t i = 0; !all_in_solve_ && i < pair.memory.size(); ++i) {
+            ContactMemory& memory = pair.memory[i];
             memory = {.id = memory.id, .core_a = memory.core_a, .slip = memory.slip};
         }
     }
@@ -521,7 +561,8 @@ void ContactSolver::remember(std::vector<PairContacts>& pairs, std::span<JointMe
             memory.last_interval = loaded && !contact.is_ahead ? h_ : 0.0;
             memory.approach_speed = 0.0;
             memory.energy_taken = 0.0;
-            if (contact.would_close && contact.gap <= settings_.tolerance) {
+            const double gap = contact.gap_target - h_ * (point.u_n_target - normal_velocity(point, twist));
+            if (contact.would_close && gap <= settings_.tolerance) {
                 // An impact: no force that the next step could start from, but a speed and the work to give
                 // back.
                 memory.approach_speed = contact.approach_speed;
@@ -532,8 +573,13 @@ void ContactSolver::remember(std::vector<PairContacts>& pairs, std::span<JointMe
             memory.p_n = contact.is_ahead ? 0.0 : point.p_n;
             memory.p_t = contact.is_ahead ? Vec3(Vec3::Zero()) : in_world(point.p_t);
             memory.is_sticking = loaded && block.has_friction() && (block.is_sticking || !at_limit);
-            memory.slip = memory.is_sticking ? Vec3(memory.slip + in_world(contact.d_t)) : Vec3(Vec3::Zero());
-            memory.sliding = memory.is_sticking ? Vec3(Vec3::Zero()) : Vec3(in_world(contact.d_t) / h_);
+            if (!block.has_friction()) {
+                continue;
+            }
+            const Vec3 d_t = in_world(h_ * (tangential_velocity(point, twist) - point.u_t_target) -
+                                      owed_displacement(block, memory));
+            memory.slip = memory.is_sticking ? Vec3(memory.slip + d_t) : Vec3(Vec3::Zero());
+            memory.sliding = memory.is_sticking ? Vec3(Vec3::Zero()) : Vec3(d_t / h_);
         }
     }
 }
@@ -546,6 +592,26 @@ double ContactSolver::joint_rate(const Bodies& bodies) {
     return joints_.fastest_rate(bodies, interval);
 }
 
+void sum_up(PairContacts& pair) {
+    pair.least_gap = std::numeric_limits<double>::infinity();
+    pair.was_ahead = false;
+    // At one point of both bodies, so that the pair's angular momentum is kept.
+    pair.owed_impulse.setZero();
+    pair.owed_moment.setZero();
+    for (std::size_t i = 0; i < pair.memory.size(); ++i) {
+        const ContactMemory& memory = pair.memory[i];
+        const ContactGeometry& at = pair.manifold.contacts[i].at;
+        pair.least_gap = std::min(pair.least_gap, at.gap);
+        pair.was_ahead = pair.was_ahead || memory.approach_speed > 0.0;
+        if (memory.p_n == 0.0 || memory.owed == 0.0) {
+            continue;
+        }
+        const Vec3 p = memory.owed * (memory.p_n * at.n + memory.p_t);
+        pair.owed_impulse += p;
+        pair.owed_moment += (0.5 * (at.a + at.b)).cross(p);
+    }
+}
+
 void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
                   std::span<Velocity> velocity) {
     for (const PairContacts& pair : pairs) {
@@ -554,23 +620,11 @@ void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std
         if (!only.empty() && only[a] == 0 && only[b] == 0) {
             continue;
         }
-        // At one point of both bodies, so that the pair's angular momentum is kept.
-        Vec3 impulse = Vec3::Zero();
-        Vec3 moment = Vec3::Zero(); // about the world's origin
-        for (std::size_t i = 0; i < pair.memory.size(); ++i) {
-            const ContactMemory& memory = pair.memory[i];
-            if (memory.p_n == 0.0 || memory.owed == 0.0) {
-                continue;
-            }
-            const ContactGeometry& at = pair.manifold.contacts[i].at;
-            const Vec3 p = memory.owed * (memory.p_n * at.n + memory.p_t);
-            impulse += p;
-            moment += (0.5 * (at.a + at.b)).cross(p);
-        }
+        const Vec3& impulse = pair.owed_impulse;
         velocity[a].v += bodies.props[a].inverse_mass * impulse;
         velocity[b].v -= bodies.props[b].inverse_mass * impulse;
-        velocity[a].w += bodies.inverse_inertia[a] * (moment - bodies.pose[a].position.cross(impulse));
-        velocity[b].w -= bodies.inverse_inertia[b] * (moment - bodies.pose[b].position.cross(impulse));
+        velocity[a].w += bodies.inverse_inertia[a] * (pair.owed_moment - bodies.pose[a].position.cross(impulse));
+        velocity[b].w -= bodies.inverse_inertia[b] * (pair.owed_moment - bodies.pose[b].position.cross(impulse));
     }
 }
 
@@ -579,15 +633,23 @@ void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std
 void ContactSolver::shock_propagation(const Bodies& bodies) {
     const std::vector<int> level = contact_levels(loop_.blocks, bodies.props);
     const int top = *std::ranges::max_element(level);
+    std::vector<BlockResponse> responses;
+    for (const ContactBlock& block : loop_.blocks) {
+        const int level_a = level[static_cast<std::size_t>(block.a)];
+        const int level_b = level[static_cast<std::size_t>(block.b)];
+        responses.push_back(
+            block_response(block, loop_.points_of(block), bodies, level_a < level_b, level_b < level_a));
+    }
     for (int current = 1; current <= top; ++current) {
         double change = std::numeric_limits<double>::infinity();
         for (int i = 0; i < settings_.shock_propagation_after && change > settings_.velocity_tolerance; ++i) {
             change = 0.0;
-            for (ContactBlock& block : loop_.blocks) {
+            for (std::size_t k = 0; k < loop_.blocks.size(); ++k) {
+                const ContactBlock& block = loop_.blocks[k];
                 const int level_a = level[static_cast<std::size_t>(block.a)];
                 const int level_b = level[static_cast<std::size_t>(block.b)];
                 if (std::max(level_a, level_b) == current) {
-                    change = std::max(change, solve_block(block, loop_.points_of(block), bodies, velocity_,
+                    change = std::max(change, solve_block(block, responses[k], loop_.points_of(block), bodies, velocity_,
                                                           level_a < current, level_b < current));
                 }
             }

@@ -28,15 +28,21 @@ struct PairContacts {
     Manifold manifold;
     std::vector<ContactMemory> memory; ///< [manifold.contacts]
     PairMaterial material;
+    double least_gap = 0.0;            ///< [m] of its contacts
+    bool was_ahead = false;            ///< a contact of it took an impact away that is to be given back
+    Vec3 owed_impulse = Vec3::Zero();  ///< [N s] on a: the owed share of the impulses remembered, at the present points
+    Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
 };
 
 /// Takes over, contact by contact, what `old` remembered: by feature id, else the nearest core within `reach`
 /// [m].
 void match_memory(std::span<const ContactMemory> old, PairContacts& pair, double reach);
 
-/// Adds to the velocities before the next impulses what they lack to be those at the instant: the owed share
-/// of the impulses remembered, at the present contact points. Only pairs with a body in `only` [body_count]
-/// unless that is empty.
+/// Sums up what the pair's contacts tell of it as a whole: the members after `material`.
+void sum_up(PairContacts& pair);
+
+/// Adds to the velocities before the next impulses what they lack to be those at the instant: the owed impulses. Only
+/// pairs with a body in `only` [body_count] unless that is empty.
 void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
                   std::span<Velocity> velocity);
 
@@ -51,9 +57,6 @@ struct RestingContact {
     bool would_close = false;    ///< it is an impact: without impulses its gap would close in this interval
     double approach_speed = 0.0; ///< [m/s] it would touch with, without impulses
     double u_n_before = 0.0;     ///< [m/s] normal velocity before any impulse
-    double gap = 0.0;            ///< [m] at the predicted poses
-    Vec2 d_t = Vec2::Zero();     ///< [m] tangential displacement over the step, predicted
-    Vec2 d_t_owed = Vec2::Zero(); ///< [m] of the slip of earlier steps, taken back in this one
 };
 
 struct ContactSolveReport {
@@ -99,8 +102,10 @@ private:
     void start_block(const Bodies& bodies, const PairContacts& pair, int block_index);
     double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     double measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    double measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     double measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs, const ContactBlock& block);
     double curvature_bound(const Bodies& bodies, int a, int b) const;
+    Vec2 owed_displacement(const ContactBlock& block, const ContactMemory& memory) const;
     bool update_marks(const std::vector<PairContacts>& pairs);
     int iterate(const Bodies& bodies, double tolerance, int budget, bool& converged);
     void shock_propagation(const Bodies& bodies);
@@ -119,6 +124,9 @@ private:
     std::vector<ContactGeometry> geometry_; ///< of the pair being added
     std::vector<Velocity> velocity_;
     std::vector<Velocity> measured_; ///< those of the first measurement of this solve
+    std::vector<double> radius_;     ///< [m] of the bodies around their centres of mass; static: 0
+    std::vector<unsigned> unsure_;   ///< lanes of the batches that are to be measured again
+    bool all_in_solve_ = true;       ///< no contact was left out or dropped
     std::vector<Pose> predicted_;
     std::vector<PlacedBody> placed_; ///< the same, with rotation matrices
     JointSolver joints_;

@@ -1,51 +1,65 @@
 #include "sim/block_batch.h"
 #include "sim/box_axes.h"
 
+/// Each kernel is compiled for each instruction set (NAME_kernel.cpp -> NAME_kernel_SET); the widest that this processor
+/// can run is taken.
+#if defined(TUMBLE_X86_KERNELS)
+#define CHOOSE_KERNEL(result, name, argument)                                                                          \
+    result name##_kernel_baseline(const argument&);                                                                    \
+    result name##_kernel_avx2(const argument&);                                                                        \
+    result name##_kernel_avx512(const argument&);                                                                      \
+    namespace {                                                                                                        \
+    result (*name##_kernel())(const argument&) {                                                                       \
+        static const auto chosen = has_avx512() ? name##_kernel_avx512                                                 \
+                                   : has_avx2() ? name##_kernel_avx2                                                   \
+                                                : name##_kernel_baseline;                                              \
+        return chosen;                                                                                                 \
+    }                                                                                                                  \
+    }
+#else
+#define CHOOSE_KERNEL(result, name, argument)                                                                          \
+    result name##_kernel_baseline(const argument&);                                                                    \
+    namespace {                                                                                                        \
+    result (*name##_kernel())(const argument&) {                                                                       \
+        return name##_kernel_baseline;                                                                                 \
+    }                                                                                                                  \
+    }
+#endif
+
 namespace sim {
 
-// block_kernel.cpp and axes_kernel.cpp, compiled for each instruction set.
-double block_kernel_baseline(const BatchSweep& sweep);
-void axes_kernel_baseline(const AxesSearch& search);
 #if defined(TUMBLE_X86_KERNELS)
-double block_kernel_avx2(const BatchSweep& sweep);
-double block_kernel_avx512(const BatchSweep& sweep);
-void axes_kernel_avx2(const AxesSearch& search);
-void axes_kernel_avx512(const AxesSearch& search);
-#endif
-
 namespace {
 
-/// The widest of a kernel's forms that this processor can run.
-template <typename Kernel>
-Kernel* widest([[maybe_unused]] Kernel* avx512, [[maybe_unused]] Kernel* avx2, Kernel* baseline) {
-#if defined(TUMBLE_X86_KERNELS)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) {
-        return avx512;
-    }
-    if (__builtin_cpu_supports("avx2")) {
-        return avx2;
-    }
-#endif
-    return baseline;
+bool has_avx512() {
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+}
+bool has_avx2() {
+    return __builtin_cpu_supports("avx2");
 }
 
-#if !defined(TUMBLE_X86_KERNELS)
-constexpr auto block_kernel_avx512 = block_kernel_baseline;
-constexpr auto block_kernel_avx2 = block_kernel_baseline;
-constexpr auto axes_kernel_avx512 = axes_kernel_baseline;
-constexpr auto axes_kernel_avx2 = axes_kernel_baseline;
+} // namespace
 #endif
 
-} // namespace
+CHOOSE_KERNEL(double, block, BatchSweep)
+CHOOSE_KERNEL(double, check, BatchCheck)
+CHOOSE_KERNEL(void, prepare, BatchPreparation)
+CHOOSE_KERNEL(void, axes, AxesSearch)
 
 double sweep_batches(const BatchSweep& sweep) {
-    static const auto kernel = widest(block_kernel_avx512, block_kernel_avx2, block_kernel_baseline);
-    return kernel(sweep);
+    return block_kernel()(sweep);
+}
+
+double check_batches(const BatchCheck& check) {
+    return check_kernel()(check);
+}
+
+void prepare_batches(const BatchPreparation& preparation) {
+    prepare_kernel()(preparation);
 }
 
 void find_axes(const AxesSearch& search) {
-    static const auto kernel = widest(axes_kernel_avx512, axes_kernel_avx2, axes_kernel_baseline);
-    kernel(search);
+    axes_kernel()(search);
 }
 
 } // namespace sim

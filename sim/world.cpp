@@ -164,6 +164,8 @@ void WorldState::restart(std::span<const char> touched) {
                 memory.owed = 0.0;
                 memory.last_interval = 0.0;
             }
+            pair.owed_impulse.setZero();
+            pair.owed_moment.setZero();
         }
     }
     for (std::size_t i = 0; i < joints.size(); ++i) {

@@ -233,6 +233,7 @@ void WorldState::find_pair_contacts(std::size_t k, std::vector<Contact>& contact
     pair.material = is_known ? pairs[old].material : pair_material(bodies.props[a], bodies.props[b]);
     match_memory(is_known ? std::span<const ContactMemory>(pairs[old].memory) : std::span<const ContactMemory>{}, pair,
                  reach_of(candidate));
+    sum_up(pair);
 }
 
 /// Depth of penetration of all candidate pairs at the planned poses, by their shapes and not by the contacts

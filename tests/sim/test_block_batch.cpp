@@ -82,8 +82,10 @@ TEST(block_batch, lanes_solve_what_solve_block_solves) {
         pairs.loop.arrange(pairs.bodies);
         pairs.loop.load_batches(pairs.bodies);
         double largest = 0.0;
-        for (ContactBlock& block : one_by_one.blocks) {
-            largest = std::max(largest, solve_block(block, one_by_one.points_of(block), pairs.bodies, expected));
+        for (const ContactBlock& block : one_by_one.blocks) {
+            const auto points = one_by_one.points_of(block);
+            const BlockResponse response = block_response(block, points, pairs.bodies);
+            largest = std::max(largest, solve_block(block, response, points, pairs.bodies, expected));
         }
         EXPECT_NEAR(pairs.loop.sweep(velocity, -1.0, 0.0), largest, rounding);
         pairs.loop.store_impulses();
@@ -94,6 +96,70 @@ TEST(block_batch, lanes_solve_what_solve_block_solves) {
         for (std::size_t i = 0; i < velocity.size(); ++i) {
             EXPECT_LE((velocity[i].v - expected[i].v).norm(), rounding);
             EXPECT_LE((velocity[i].w - expected[i].w).norm(), rounding);
+        }
+    }
+}
+
+TEST(block_batch, responses_are_those_of_block_response) {
+    Numbers numbers(5);
+    Pairs pairs(60, 0.3, numbers);
+    pairs.loop.arrange(pairs.bodies);
+    for (const BlockBatch& batch : pairs.loop.batches) {
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            if (batch.block[lane] < 0) {
+                continue;
+            }
+            const ContactBlock& block = pairs.loop.blocks[static_cast<std::size_t>(batch.block[lane])];
+            const BlockResponse expected = block_response(block, pairs.loop.points_of(block), pairs.bodies);
+            const double scale = rounding * expected.twist.norm();
+            EXPECT_NEAR(batch.k_t.x[lane], expected.k_t, scale);
+            for (int i = 0; i < 6; ++i) {
+                for (int j = 0; j <= i; ++j) {
+                    EXPECT_NEAR(batch.response[i * (i + 1) / 2 + j].x[lane], expected.twist(i, j), scale);
+                }
+            }
+        }
+    }
+}
+
+/// Gaps that are linear in the velocities: the error left is h times what the velocities miss.
+TEST(block_batch, errors_left_are_those_of_the_points) {
+    constexpr double h = 1e-3;
+    Numbers numbers(3);
+    Pairs pairs(60, 0.3, numbers);
+    std::vector<double> radius;
+    for (const BodyProps& props : pairs.bodies.props) {
+        radius.push_back(props.bounding_radius);
+    }
+    for (std::size_t k = 0; k < pairs.loop.blocks.size(); ++k) {
+        pairs.loop.blocks[k].is_flat = k % 7 != 0;
+    }
+    for (ContactPoint& point : pairs.loop.points) {
+        point.u_n_target = numbers.between(-1.0, 1.0);
+        point.p_n = std::max(numbers.between(-1.0, 1.0), 0.0);
+    }
+    pairs.loop.arrange(pairs.bodies);
+    pairs.loop.load_batches(pairs.bodies);
+    std::vector<Velocity> velocity = pairs.bodies.velocity;
+    velocity[0].w += Vec3(0.0, 0.0, 5.0); // this body bends its gaps
+    double expected = 0.0;
+    std::vector<bool> looked_at;
+    for (const ContactBlock& block : pairs.loop.blocks) {
+        looked_at.push_back(block.is_flat && block.a != 0);
+        for (const ContactPoint& point : pairs.loop.points_of(block)) {
+            const double missing = h * (point.u_n_target - normal_velocity(point, relative_twist(block, velocity)));
+            expected = looked_at.back() ? std::max(expected, point.p_n > 0.0 ? std::abs(missing) : missing) : expected;
+        }
+    }
+    std::vector<unsigned> unsure(pairs.loop.batches.size());
+    EXPECT_NEAR(check_batches({pairs.loop.batches.data(), pairs.loop.batches.size(), pairs.loop.batch_points.data(),
+                               velocity.front().v.data(), pairs.bodies.velocity.front().v.data(), radius.data(), h,
+                               1e-7, unsure.data()}),
+                expected, rounding);
+    for (std::size_t i = 0; i < unsure.size(); ++i) {
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            const int block = pairs.loop.batches[i].block[lane];
+            EXPECT_EQ(unsure[i] >> lane & 1u, block >= 0 && !looked_at[static_cast<std::size_t>(block)]);
         }
     }
 }
