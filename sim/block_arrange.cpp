@@ -9,6 +9,12 @@ namespace {
 /// Colours a body's blocks can have before the rest of them are visited one by one.
 constexpr int colour_limit = 64;
 
+/// Shares of a colour's batches that are alike.
+constexpr std::size_t equal_shares = 4;
+
+/// With fewer batches of a colour it is not worth while to share them among threads.
+constexpr std::size_t least_shared = 4;
+
 /// Point of an empty place: its velocity is always far above the target.
 constexpr double never = -1e300;
 
@@ -55,7 +61,6 @@ void fill_lane(BlockBatch& batch, std::size_t lane, const ContactBlock& block, c
 /// A lane without a block: nothing moves in it, and its equations have a solution.
 void fill_empty_lane(BlockBatch& batch, std::size_t lane) {
     batch.a[lane] = batch.b[lane] = 0;
-    batch.block[lane] = -1;
     for (const int axis : {0, 1, 2}) {
         set_vector(batch.frame + 3 * axis, lane, Vec3::Unit(axis));
     }
@@ -99,21 +104,61 @@ void ContactBlocks::arrange(const Bodies& bodies) {
         places.push_back({colour, padded_count(block.count), i});
     }
     std::ranges::stable_sort(places, {}, [](const Place& p) { return 16 * p.colour + p.count; });
-    batches.clear();
-    batch_points.clear();
+    // What each batch holds; those of a colour in an order that gives threads equal shares of large and small ones.
+    struct Plan {
+        std::size_t first;
+        std::size_t lanes;
+    };
+    std::vector<Plan> plans;
+    std::vector<Plan> of_colour;
+    colours.clear();
     for (std::size_t first = 0; first < places.size();) {
-        BlockBatch& batch = batches.emplace_back();
-        batch.count = places[first].count;
-        batch.first = static_cast<int>(batch_points.size());
-        BatchPoint empty{};
-        std::fill_n(empty.u_n_target.x, lane_count, never);
-        batch_points.insert(batch_points.end(), static_cast<std::size_t>(batch.count), empty);
-        std::size_t lane = 0;
-        for (; lane < lane_count && first < places.size() && places[first].colour == places[first - lane].colour &&
-               places[first].count == batch.count;
-             ++lane, ++first) {
-            const ContactBlock& block = blocks[static_cast<std::size_t>(places[first].block)];
-            batch.block[lane] = places[first].block;
+        of_colour.clear();
+        const int colour = places[first].colour;
+        while (first < places.size() && places[first].colour == colour) {
+            const std::size_t begin = first;
+            while (first < places.size() && first - begin < lane_count && places[first].colour == colour &&
+                   places[first].count == places[begin].count) {
+                ++first;
+            }
+            of_colour.push_back({begin, first - begin});
+        }
+        for (std::size_t share = 0; share < equal_shares; ++share) {
+            for (std::size_t i = share; i < of_colour.size(); i += equal_shares) {
+                plans.push_back(of_colour[i]);
+            }
+        }
+        colours.push_back(plans.size());
+    }
+    batches.resize(plans.size());
+    std::size_t point_count = 0;
+    for (std::size_t i = 0; i < plans.size(); ++i) {
+        batches[i].count = places[plans[i].first].count;
+        batches[i].first = static_cast<int>(point_count);
+        point_count += static_cast<std::size_t>(batches[i].count);
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            batches[i].block[lane] = lane < plans[i].lanes ? places[plans[i].first + lane].block : -1;
+        }
+    }
+    batch_points.resize(point_count);
+    share(batches.size(), [&](std::size_t first, std::size_t last) { fill_batches(bodies, first, last); });
+}
+
+/// Puts what does not change while they are iterated into the batches first..last.
+void ContactBlocks::fill_batches(const Bodies& bodies, std::size_t first, std::size_t last) {
+    BatchPoint empty{};
+    std::fill_n(empty.u_n_target.x, lane_count, never);
+    for (std::size_t i = first; i < last; ++i) {
+        BlockBatch& batch = batches[i];
+        std::fill_n(batch_points.begin() + batch.first, batch.count, empty);
+        batch.moves_a = batch.moves_b = batch.flat = 0;
+        batch.has_friction = false;
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            if (batch.block[lane] < 0) {
+                fill_empty_lane(batch, lane);
+                continue;
+            }
+            const ContactBlock& block = blocks[static_cast<std::size_t>(batch.block[lane])];
             fill_lane(batch, lane, block, bodies);
             for (int k = 0; k < block.count; ++k) {
                 const ContactPoint& point = points[static_cast<std::size_t>(block.first + k)];
@@ -122,64 +167,91 @@ void ContactBlocks::arrange(const Bodies& bodies) {
                 to.y.x[lane] = point.y;
             }
         }
-        for (; lane < lane_count; ++lane) {
-            fill_empty_lane(batch, lane);
-        }
     }
-    prepare_batches({batches.data(), batches.size(), batch_points.data()});
+    prepare_batches({batches.data() + first, last - first, batch_points.data()});
 }
 
 void ContactBlocks::load_batches(const Bodies& bodies) {
     activity.assign(bodies.props.size(), 0.0);
-    for (BlockBatch& batch : batches) {
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            if (batch.block[lane] < 0) {
-                continue;
-            }
-            const ContactBlock& block = blocks[static_cast<std::size_t>(batch.block[lane])];
-            batch.mu.x[lane] = block.is_sticking ? block.mu_s : block.mu_d;
-            batch.sticking.x[lane] = block.is_sticking ? 1.0 : 0.0;
-            batch.seen_a.x[lane] = -1.0;
-            set_vector(batch.before, lane, block.twist_before);
-            for (int k = 0; k < block.count; ++k) {
-                const ContactPoint& point = points[static_cast<std::size_t>(block.first + k)];
-                BatchPoint& to = batch_points[static_cast<std::size_t>(batch.first + k)];
-                to.u_n_target.x[lane] = point.u_n_target;
-                to.p_n.x[lane] = point.p_n;
-                for (int i = 0; i < 2; ++i) {
-                    to.u_t_target[i].x[lane] = point.u_t_target[i];
-                    to.p_t[i].x[lane] = point.p_t[i];
-                }
+    share(batches.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            load_batch(batches[i]);
+        }
+    });
+}
+
+void ContactBlocks::load_batch(BlockBatch& batch) {
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        if (batch.block[lane] < 0) {
+            continue;
+        }
+        const ContactBlock& block = blocks[static_cast<std::size_t>(batch.block[lane])];
+        batch.mu.x[lane] = block.is_sticking ? block.mu_s : block.mu_d;
+        batch.sticking.x[lane] = block.is_sticking ? 1.0 : 0.0;
+        batch.seen_a.x[lane] = -1.0;
+        set_vector(batch.before, lane, block.twist_before);
+        for (int k = 0; k < block.count; ++k) {
+            const ContactPoint& point = points[static_cast<std::size_t>(block.first + k)];
+            BatchPoint& to = batch_points[static_cast<std::size_t>(batch.first + k)];
+            to.u_n_target.x[lane] = point.u_n_target;
+            to.p_n.x[lane] = point.p_n;
+            for (int i = 0; i < 2; ++i) {
+                to.u_t_target[i].x[lane] = point.u_t_target[i];
+                to.p_t[i].x[lane] = point.p_t[i];
             }
         }
     }
 }
 
 void ContactBlocks::store_impulses() {
-    for (const BlockBatch& batch : batches) {
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            if (batch.block[lane] < 0) {
-                continue;
-            }
-            const ContactBlock& block = blocks[static_cast<std::size_t>(batch.block[lane])];
-            for (int k = 0; k < block.count; ++k) {
-                ContactPoint& point = points[static_cast<std::size_t>(block.first + k)];
-                const BatchPoint& from = batch_points[static_cast<std::size_t>(batch.first + k)];
-                point.p_n = from.p_n.x[lane];
-                point.p_t = {from.p_t[0].x[lane], from.p_t[1].x[lane]};
-            }
+    share(batches.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            store_batch(batches[i]);
+        }
+    });
+}
+
+void ContactBlocks::store_batch(const BlockBatch& batch) {
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        if (batch.block[lane] < 0) {
+            continue;
+        }
+        const ContactBlock& block = blocks[static_cast<std::size_t>(batch.block[lane])];
+        for (int k = 0; k < block.count; ++k) {
+            ContactPoint& point = points[static_cast<std::size_t>(block.first + k)];
+            const BatchPoint& from = batch_points[static_cast<std::size_t>(batch.first + k)];
+            point.p_n = from.p_n.x[lane];
+            point.p_t = {from.p_t[0].x[lane], from.p_t[1].x[lane]};
         }
     }
 }
 
 double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
-    return sweep_batches({.batches = batches.data(),
-                          .batch_count = batches.size(),
-                          .points = batch_points.data(),
-                          .velocity = velocity.front().v.data(),
-                          .activity = activity.data(),
-                          .skip = skip,
-                          .slack = slack});
+    const auto sweep_range = [&](std::size_t first, std::size_t last) {
+        return sweep_batches({.batches = batches.data() + first,
+                              .batch_count = last - first,
+                              .points = batch_points.data(),
+                              .velocity = velocity.front().v.data(),
+                              .activity = activity.data(),
+                              .skip = skip,
+                              .slack = slack});
+    };
+    if (workers == nullptr || workers->thread_count() == 1) {
+        return sweep_range(0, batches.size());
+    }
+    std::atomic<double> worst = 0.0;
+    std::size_t begin = 0;
+    for (const std::size_t end : colours) {
+        if (end - begin < least_shared) {
+            raise_to(worst, sweep_range(begin, end));
+        } else {
+            workers->run(end - begin, [&](std::size_t first, std::size_t last) {
+                raise_to(worst, sweep_range(begin + first, begin + last));
+            });
+        }
+        begin = end;
+    }
+    return worst;
 }
 
 } // namespace sim

@@ -5,8 +5,8 @@
 namespace sim {
 namespace {
 
-/// Rounds of the search for the set of loaded points, beside one a point; lanes that have not come to an end then are
-/// iterated.
+/// Rounds of the search for the set of loaded points, beside one a point; lanes that have not come to an end then, or
+/// come back to the set of two rounds before, are iterated.
 constexpr int set_rounds = 4;
 /// Rounds of the point-by-point loop in such lanes.
 constexpr int fallback_rounds = 5;
@@ -181,6 +181,9 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
         impulse[k] = zero;
     }
     Mask open = work;
+    Mask circling = ~work & work;
+    Real set_before = real(-1.0); // the points as bits
+    Real set = real(-1.0);
     Real found[N];
     for (int round = 0; round < set_rounds + N && any(open); ++round) {
         fit_impulses<N>(*this, wn, active, excess, found);
@@ -216,7 +219,16 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
             impulse[k] = select(done, found[k], impulse[k]);
         }
         open &= ~done;
+        Real next_set = zero;
+        for (int k = 0; k < N; ++k) {
+            next_set += static_cast<double>(1 << k) * active[k];
+        }
+        circling |= open & (next_set == set_before);
+        open &= ~circling;
+        set_before = set;
+        set = next_set;
     }
+    open |= circling;
     if (any(open)) {
         for (int k = 0; k < N; ++k) {
             impulse[k] = select(open, p_n[k], impulse[k]);
@@ -514,8 +526,12 @@ double KERNEL(const BatchSweep& sweep) {
             const double change = changes.x[l];
             double& active_a = sweep.activity[batch.a[l]];
             double& active_b = sweep.activity[batch.b[l]];
-            active_a += (batch.moves_a >> l & 1u) != 0 ? change : 0.0;
-            active_b += (batch.moves_b >> l & 1u) != 0 ? change : 0.0;
+            if ((batch.moves_a >> l & 1u) != 0) {
+                active_a += change;
+            }
+            if ((batch.moves_b >> l & 1u) != 0) {
+                active_b += change;
+            }
             // One visit leaves a rest where friction and normal impulses depend on each other.
             batch.seen_a.x[l] = change > sweep.skip ? -1.0 : active_a;
             batch.seen_b.x[l] = active_b;

@@ -78,16 +78,24 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     const double shortest = settings.impacts == ImpactHandling::stop ? shortest_interval(settings) : 0.0;
     loop_.clear();
     energy_owed_ = 0.0;
-    for (const PairContacts& pair : pairs) {
+    quiet_.resize(pairs.size());
+    loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            const auto a = static_cast<std::size_t>(pairs[k].manifold.body_a);
+            const auto b = static_cast<std::size_t>(pairs[k].manifold.body_b);
+            // Where the pass before changed nothing, nothing has become a collision.
+            const bool same = pass > 0 && joints_.empty() && changed_[a] == 0 && changed_[b] == 0;
+            quiet_[k] = same || (!(pass == 0 && pairs[k].was_ahead) &&
+                                 is_quiet(bodies, pairs[k], velocity, threshold, reach, shortest));
+        }
+    });
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        if (quiet_[k] != 0) {
+            continue;
+        }
+        const PairContacts& pair = pairs[k];
         const auto a = static_cast<std::size_t>(pair.manifold.body_a);
         const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-        // Where the pass before changed nothing, nothing has become a collision.
-        if (pass > 0 && joints_.empty() && changed_[a] == 0 && changed_[b] == 0) {
-            continue;
-        }
-        if (!(pass == 0 && pair.was_ahead) && is_quiet(bodies, pair, velocity, threshold, reach, shortest)) {
-            continue;
-        }
         geometry_.clear();
         targets_.clear();
         for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
@@ -113,14 +121,16 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
         const std::size_t first_block = loop_.blocks.size();
         const std::size_t first_point = loop_.points.size();
         loop_.append(bodies, pair.manifold.body_a, pair.manifold.body_b, geometry_, pair.material);
-        for (std::size_t k = 0; k < targets_.size(); ++k) {
-            loop_.points[first_point + k].u_n_target = targets_[k];
+        for (std::size_t i = 0; i < targets_.size(); ++i) {
+            loop_.points[first_point + i].u_n_target = targets_[i];
         }
-        for (std::size_t k = first_block; k < loop_.blocks.size(); ++k) {
-            loop_.blocks[k].twist_before = tangential_part(relative_twist(loop_.blocks[k], velocity));
+        for (std::size_t i = first_block; i < loop_.blocks.size(); ++i) {
+            loop_.blocks[i].twist_before = tangential_part(relative_twist(loop_.blocks[i], velocity));
         }
     }
-    loop_.arrange(bodies);
+    if (!TogetherSweeps::fits(loop_)) {
+        loop_.arrange(bodies);
+    }
     return !loop_.empty();
 }
 

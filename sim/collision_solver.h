@@ -21,6 +21,9 @@ struct CollisionReport {
 /// impact (e = 0) until it does not.
 class CollisionSolver {
 public:
+    /// Threads that share its loops; the result does not depend on them.
+    void set_workers(Workers* workers) { loop_.workers = workers; }
+
     /// Contacts up to this gap [m] collide too: where an impact has stopped the step, those that would touch next
     /// to at once are one impact with it, whatever the order in which rounding makes them touch.
     double simultaneous_gap = 0.0;
@@ -44,6 +47,7 @@ private:
     std::vector<ContactGeometry> geometry_; ///< of one pair
     std::vector<double> targets_;           ///< of one pair [m/s]
     std::vector<char> changed_;             ///< [body_count] by the pass before
+    std::vector<char> quiet_;               ///< [pairs] in this pass
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     JointSolver joints_;
 };

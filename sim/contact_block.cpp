@@ -47,6 +47,16 @@ double largest_eigenvalue(const Mat2& k) {
     return half_trace + std::sqrt(std::max(half_trace * half_trace - k.determinant(), 0.0));
 }
 
+/// Length of the block that begins with the first of these contacts.
+std::size_t block_length(std::span<const ContactGeometry> contacts) {
+    std::size_t length = 1;
+    while (length < contacts.size() && length < block_size &&
+           (contacts[length].n - contacts[0].n).norm() < same_normal) {
+        ++length;
+    }
+    return length;
+}
+
 } // namespace
 
 BlockResponse block_response(const ContactBlock& block, std::span<const ContactPoint> points, const Bodies& bodies,
@@ -79,47 +89,60 @@ PairMaterial pair_material(const BodyProps& a, const BodyProps& b) {
     return {combined(a.restitution, b.restitution), combined(a.mu_s, b.mu_s), combined(a.mu_d, b.mu_d)};
 }
 
+std::size_t block_count(std::span<const ContactGeometry> contacts) {
+    std::size_t count = 0;
+    for (; !contacts.empty(); ++count) {
+        contacts = contacts.subspan(block_length(contacts));
+    }
+    return count;
+}
+
 void ContactBlocks::append(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
                            const PairMaterial& material) {
+    const std::size_t first_block = blocks.size();
+    const std::size_t first_point = points.size();
+    blocks.resize(first_block + block_count(contacts));
+    points.resize(first_point + contacts.size());
+    place(first_block, first_point, bodies, a, b, contacts, material);
+}
+
+void ContactBlocks::place(std::size_t first_block, std::size_t first_point, const Bodies& bodies, int a, int b,
+                          std::span<const ContactGeometry> contacts, const PairMaterial& material) {
     const auto ia = static_cast<std::size_t>(a);
     const auto ib = static_cast<std::size_t>(b);
-    for (std::size_t first = 0; first < contacts.size();) {
-        std::size_t last = first + 1;
-        while (last < contacts.size() && last - first < block_size &&
-               (contacts[last].n - contacts[first].n).norm() < same_normal) {
-            ++last;
-        }
+    for (; !contacts.empty(); ++first_block) {
+        const std::span<const ContactGeometry> own = contacts.first(block_length(contacts));
+        contacts = contacts.subspan(own.size());
         ContactBlock block;
         block.a = a;
         block.b = b;
-        block.first = static_cast<int>(points.size());
-        block.count = static_cast<int>(last - first);
+        block.first = static_cast<int>(first_point);
+        block.count = static_cast<int>(own.size());
         block.mu_s = material.mu_s;
         block.mu_d = material.mu_d;
         Vec3 mean = Vec3::Zero();
-        std::size_t nearest = first;
-        for (std::size_t i = first; i < last; ++i) {
-            mean += contacts[i].a / block.count;
-            nearest = contacts[i].gap < contacts[nearest].gap ? i : nearest;
+        std::size_t nearest = 0;
+        for (std::size_t i = 0; i < own.size(); ++i) {
+            mean += own[i].a / block.count;
+            nearest = own[i].gap < own[nearest].gap ? i : nearest;
         }
         // The plane in which the impulses act is that of the contact that touches first; others are still
         // apart.
-        const Vec3& n = contacts[first].n;
-        const Vec3 centre_a = mean + n * n.dot(contacts[nearest].a - mean);
-        const Vec3 centre_b = centre_a - n * contacts[nearest].gap;
+        const Vec3& n = own[0].n;
+        const Vec3 centre_a = mean + n * n.dot(own[nearest].a - mean);
+        const Vec3 centre_b = centre_a - n * own[nearest].gap;
         block.r_a = centre_a - bodies.pose[ia].position;
         block.r_b = centre_b - bodies.pose[ib].position;
         const Vec3 t = tangent_of(n);
         block.frame << t, n.cross(t), n;
-        for (std::size_t i = first; i < last; ++i) {
-            const Vec3 arm = block.frame.transpose() * (contacts[i].a - mean);
+        for (const ContactGeometry& contact : own) {
+            const Vec3 arm = contact.a - mean;
             ContactPoint point;
-            point.x = arm.x();
-            point.y = arm.y();
-            points.push_back(point);
+            point.x = block.frame.col(0).dot(arm);
+            point.y = block.frame.col(1).dot(arm);
+            points[first_point++] = point;
         }
-        blocks.push_back(block);
-        first = last;
+        blocks[first_block] = block;
     }
 }
 

@@ -12,6 +12,7 @@
 #include "sim/block_batch.h"
 #include "sim/impulse.h"
 #include "sim/manifold.h"
+#include "sim/workers.h"
 
 #include <array>
 #include <span>
@@ -81,13 +82,19 @@ struct PairMaterial {
 /// A value unset on one body is the partner's; set on both: geometric mean; on none: zero.
 PairMaterial pair_material(const BodyProps& a, const BodyProps& b);
 
+/// Loops over fewer blocks, pairs or bodies are not worth while to be shared among threads.
+inline constexpr std::size_t least_count = 32;
+
 /// All blocks of one solve, in the order they are visited, and their points.
 struct ContactBlocks {
     std::vector<ContactBlock> blocks;
     std::vector<ContactPoint> points;
 
+    Workers* workers = nullptr; ///< share what is done block by block; null: this thread does all
+
     std::vector<BlockBatch> batches; ///< the same blocks in lanes, once arranged
     std::vector<BatchPoint> batch_points;
+    std::vector<std::size_t> colours; ///< ends of the ranges of batches of which no two move the same body
     std::vector<double> activity; ///< [body_count] sum of the velocity changes of each body's blocks [m/s]
 
     void clear() {
@@ -111,6 +118,20 @@ struct ContactBlocks {
     void append(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
                 const PairMaterial& material);
 
+    /// The same into blocks and points that are there already, from these indices on.
+    void place(std::size_t first_block, std::size_t first_point, const Bodies& bodies, int a, int b,
+               std::span<const ContactGeometry> contacts, const PairMaterial& material);
+
+    /// Calls work(first, last) for ranges that cover 0..count once.
+    template <typename Work>
+    void share(std::size_t count, Work&& work) const {
+        if (workers != nullptr && count >= least_count) {
+            workers->run(count, work);
+        } else if (count > 0) {
+            work(std::size_t{0}, count);
+        }
+    }
+
     /// Sets the batches up for the present blocks, with their responses.
     void arrange(const Bodies& bodies);
 
@@ -123,7 +144,15 @@ struct ContactBlocks {
 
     /// Impulses of the batches go back into the points.
     void store_impulses();
+
+private:
+    void fill_batches(const Bodies& bodies, std::size_t first, std::size_t last);
+    void load_batch(BlockBatch& batch);
+    void store_batch(const BlockBatch& batch);
 };
+
+/// Number of blocks that `append` makes of these contacts.
+std::size_t block_count(std::span<const ContactGeometry> contacts);
 
 /// Relative twist (u at the block's centre, w) in the block's frame [m/s], [rad/s].
 inline Vec6 relative_twist(const ContactBlock& block, std::span<const Velocity> velocity) {

@@ -4,6 +4,8 @@
 #include "sim/integrate.h"
 #include "sim/time_of_impact.h"
 
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -172,30 +174,87 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
         joint_weight_.push_back(node_weight(memory.last_interval, h));
     }
     joints_.prepare(bodies, joints);
-    for (int pair = 0; pair < static_cast<int>(pairs.size()); ++pair) {
-        add_contacts(bodies, pairs, pair);
+    places_.assign(pairs.size() + 1, {});
+    loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+        std::vector<ContactGeometry> taken;
+        for (std::size_t pair = first; pair < last; ++pair) {
+            taken.clear();
+            for (std::size_t i = 0; i < pairs[pair].manifold.contacts.size(); ++i) {
+                if (takes(bodies, pairs[pair], i)) {
+                    taken.push_back(pairs[pair].manifold.contacts[i].at);
+                }
+            }
+            places_[pair + 1] = {block_count(taken), taken.size()};
+        }
+    });
+    for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
+        all_in_solve_ = all_in_solve_ && places_[pair + 1].points == pairs[pair].manifold.contacts.size();
+        places_[pair + 1].blocks += places_[pair].blocks;
+        places_[pair + 1].points += places_[pair].points;
+    }
+    loop_.blocks.resize(places_.back().blocks);
+    loop_.points.resize(places_.back().points);
+    contacts_.resize(places_.back().points);
+    loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t pair = first; pair < last; ++pair) {
+            place_contacts(bodies, pairs[pair], static_cast<int>(pair), places_[pair].blocks, places_[pair].points);
+        }
+    });
+    for (const ContactBlock& block : loop_.blocks) {
+        apply_wrench(block, wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia, velocity_);
+    }
+}
+
+/// Does the solve hold this contact? Impacts are waited for, where the step stops at them.
+bool ContactSolver::takes(const Bodies& bodies, const PairContacts& pair, std::size_t contact) const {
+    return !stop_at_impacts_ || !is_impact(bodies, pair.manifold, pair.manifold.contacts[contact], settings_);
+}
+
+/// Blocks, points and contacts of a pair, into places that are there already.
+void ContactSolver::place_contacts(const Bodies& bodies, const PairContacts& pair, int pair_index,
+                                   std::size_t first_block, std::size_t first_point) {
+    std::array<ContactGeometry, block_size> few;
+    std::vector<ContactGeometry> many;
+    std::span<ContactGeometry> taken = few;
+    if (pair.manifold.contacts.size() > few.size()) {
+        many.resize(pair.manifold.contacts.size());
+        taken = many;
+    }
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
+        if (takes(bodies, pair, i)) {
+            taken[count] = pair.manifold.contacts[i].at;
+            contacts_[first_point + count] = {};
+            contacts_[first_point + count].pair = pair_index;
+            contacts_[first_point + count].index = static_cast<int>(i);
+            ++count;
+        }
+    }
+    loop_.place(first_block, first_point, bodies, pair.manifold.body_a, pair.manifold.body_b, taken.first(count),
+                pair.material);
+    for (std::size_t k = 0; k < block_count(taken.first(count)); ++k) {
+        start_block(bodies, pair, loop_.blocks[first_block + k]);
     }
 }
 
 void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair) {
     const PairContacts& p = pairs[static_cast<std::size_t>(pair)];
-    geometry_.clear();
+    std::vector<ContactGeometry> taken;
     for (std::size_t i = 0; i < p.manifold.contacts.size(); ++i) {
-        const Contact& contact = p.manifold.contacts[i];
-        if (stop_at_impacts_ && is_impact(bodies, p.manifold, contact, settings_)) {
-            all_in_solve_ = false;
-            continue;
+        if (takes(bodies, p, i)) {
+            taken.push_back(p.manifold.contacts[i].at);
         }
-        geometry_.push_back(contact.at);
-        RestingContact resting;
-        resting.pair = pair;
-        resting.index = static_cast<int>(i);
-        contacts_.push_back(resting);
     }
+    all_in_solve_ = all_in_solve_ && taken.size() == p.manifold.contacts.size();
     const std::size_t first_block = loop_.blocks.size();
-    loop_.append(bodies, p.manifold.body_a, p.manifold.body_b, geometry_, p.material);
+    const std::size_t first_point = loop_.points.size();
+    loop_.blocks.resize(first_block + block_count(taken));
+    loop_.points.resize(first_point + taken.size());
+    contacts_.resize(first_point + taken.size());
+    place_contacts(bodies, p, pair, first_block, first_point);
     for (std::size_t k = first_block; k < loop_.blocks.size(); ++k) {
-        start_block(bodies, p, static_cast<int>(k));
+        const ContactBlock& block = loop_.blocks[k];
+        apply_wrench(block, wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia, velocity_);
     }
 }
 
@@ -212,8 +271,7 @@ void ContactSolver::drop_contacts(const Bodies& bodies, int pair) {
 
 /// What a block and its contacts know as the interval begins: velocities, targets, and the impulses of the
 /// last step.
-void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, int block_index) {
-    ContactBlock& block = loop_.blocks[static_cast<std::size_t>(block_index)];
+void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, ContactBlock& block) {
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
     double last_interval = 0.0;
@@ -264,7 +322,6 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         block.is_sticking = block.is_sticking || (is_new && !resting.is_ahead &&
                                                   tangential_before(block, point).norm() <= settings_.velocity_tolerance);
     }
-    apply_wrench(block, wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia, velocity_);
 }
 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
@@ -273,10 +330,12 @@ double ContactSolver::part_of(double tolerance) const {
 }
 
 void ContactSolver::predict(const Bodies& bodies) {
-    for (std::size_t i = 0; i < bodies.props.size(); ++i) {
-        predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
-        placed_[i] = PlacedBody(predicted_[i]);
-    }
+    loop_.share(bodies.props.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
+            placed_[i] = PlacedBody(predicted_[i]);
+        }
+    });
 }
 
 /// How far the gaps between two flat features may be from linear in the velocity changes since they were measured [m]:
@@ -323,23 +382,26 @@ double ContactSolver::measure_again(const Bodies& bodies, const std::vector<Pair
 /// The same, eight blocks at a time.
 double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
     unsure_.resize(loop_.batches.size());
-    double worst = check_batches({.batches = loop_.batches.data(),
-                                  .batch_count = loop_.batches.size(),
-                                  .points = loop_.batch_points.data(),
-                                  .velocity = velocity_.front().v.data(),
-                                  .measured = measured_.front().v.data(),
-                                  .radius = radius_.data(),
-                                  .h = h_,
-                                  .bend = linear_share * settings_.tolerance,
-                                  .unsure = unsure_.data()});
-    for (std::size_t i = 0; i < unsure_.size(); ++i) {
-        for (std::size_t lane = 0; unsure_[i] >> lane != 0; ++lane) {
-            if ((unsure_[i] >> lane & 1u) != 0) {
-                const int block = loop_.batches[i].block[lane];
-                worst = std::max(worst, measure_block(bodies, pairs, loop_.blocks[static_cast<std::size_t>(block)]));
+    std::atomic<double> worst = 0.0;
+    loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
+        raise_to(worst, check_batches({.batches = loop_.batches.data() + first,
+                                       .batch_count = last - first,
+                                       .points = loop_.batch_points.data(),
+                                       .velocity = velocity_.front().v.data(),
+                                       .measured = measured_.front().v.data(),
+                                       .radius = radius_.data(),
+                                       .h = h_,
+                                       .bend = linear_share * settings_.tolerance,
+                                       .unsure = unsure_.data() + first}));
+        for (std::size_t i = first; i < last; ++i) {
+            for (std::size_t lane = 0; unsure_[i] >> lane != 0; ++lane) {
+                if ((unsure_[i] >> lane & 1u) != 0) {
+                    const int block = loop_.batches[i].block[lane];
+                    raise_to(worst, measure_block(bodies, pairs, loop_.blocks[static_cast<std::size_t>(block)]));
+                }
             }
         }
-    }
+    });
     return worst;
 }
 
@@ -351,10 +413,12 @@ Vec2 ContactSolver::owed_displacement(const ContactBlock& block, const ContactMe
 /// Gaps and displacements at the predicted poses, and the targets that close them (eq. 8: the velocity change
 /// d_n / h). Returns the largest error [m] of a gap, two-sided where the contact carries load.
 double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
-    double worst = 0.0;
-    for (const ContactBlock& block : loop_.blocks) {
-        worst = std::max(worst, measure_block(bodies, pairs, block));
-    }
+    std::atomic<double> worst = 0.0;
+    loop_.share(loop_.blocks.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            raise_to(worst, measure_block(bodies, pairs, loop_.blocks[k]));
+        }
+    });
     return worst;
 }
 
@@ -471,7 +535,9 @@ bool ContactSolver::update_marks(const std::vector<PairContacts>& pairs) {
 ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
-    loop_.arrange(bodies);
+    if (!TogetherSweeps::fits(loop_)) {
+        loop_.arrange(bodies);
+    }
     predict(bodies);
     settling_ = 0;
     const double gap_tolerance = part_of(settings_.tolerance);
@@ -541,46 +607,52 @@ void ContactSolver::remember(std::vector<PairContacts>& pairs, std::span<JointMe
         joint_memory[i].owed = 0.5 * h_ / impulse_interval(joint_weight_[i], h_);
         joint_memory[i].last_interval = h_;
     }
-    for (const ContactBlock& block : loop_.blocks) {
-        const Vec6 twist = relative_twist(block, velocity_);
-        const auto in_world = [&](const Vec2& x) {
-            return Vec3(x.x() * block.frame.col(0) + x.y() * block.frame.col(1));
-        };
-        bool at_limit = false;
-        for (int k = block.first; k < block.first + block.count; ++k) {
-            at_limit = at_limit || is_at_limit(loop_.points[static_cast<std::size_t>(k)], block.mu_d);
+    loop_.share(loop_.blocks.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            remember_block(loop_.blocks[k], pairs);
         }
-        for (int k = block.first; k < block.first + block.count; ++k) {
-            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-            const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
-            ContactMemory& memory =
-                pairs[static_cast<std::size_t>(contact.pair)].memory[static_cast<std::size_t>(contact.index)];
-            const bool loaded = point.p_n > 0.0;
-            memory.interval = impulse_interval(block.node_weight, h_);
-            memory.owed = 0.5 * h_ / memory.interval;
-            memory.last_interval = loaded && !contact.is_ahead ? h_ : 0.0;
-            memory.approach_speed = 0.0;
-            memory.energy_taken = 0.0;
-            const double gap = contact.gap_target - h_ * (point.u_n_target - normal_velocity(point, twist));
-            if (contact.would_close && gap <= settings_.tolerance) {
-                // An impact: no force that the next step could start from, but a speed and the work to give
-                // back.
-                memory.approach_speed = contact.approach_speed;
-                memory.energy_taken =
-                    -0.5 * point.p_n * (contact.u_n_before + normal_velocity(point, twist)) -
-                    0.5 * point.p_t.dot(tangential_before(block, point) + tangential_velocity(point, twist));
-            }
-            memory.p_n = contact.is_ahead ? 0.0 : point.p_n;
-            memory.p_t = contact.is_ahead ? Vec3(Vec3::Zero()) : in_world(point.p_t);
-            memory.is_sticking = loaded && block.has_friction() && (block.is_sticking || !at_limit);
-            if (!block.has_friction()) {
-                continue;
-            }
-            const Vec3 d_t = in_world(h_ * (tangential_velocity(point, twist) - point.u_t_target) -
-                                      owed_displacement(block, memory));
-            memory.slip = memory.is_sticking ? Vec3(memory.slip + d_t) : Vec3(Vec3::Zero());
-            memory.sliding = memory.is_sticking ? Vec3(Vec3::Zero()) : Vec3(d_t / h_);
+    });
+}
+
+void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairContacts>& pairs) const {
+    const Vec6 twist = relative_twist(block, velocity_);
+    const auto in_world = [&](const Vec2& x) {
+        return Vec3(x.x() * block.frame.col(0) + x.y() * block.frame.col(1));
+    };
+    bool at_limit = false;
+    for (int k = block.first; k < block.first + block.count; ++k) {
+        at_limit = at_limit || is_at_limit(loop_.points[static_cast<std::size_t>(k)], block.mu_d);
+    }
+    for (int k = block.first; k < block.first + block.count; ++k) {
+        const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
+        const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
+        ContactMemory& memory =
+            pairs[static_cast<std::size_t>(contact.pair)].memory[static_cast<std::size_t>(contact.index)];
+        const bool loaded = point.p_n > 0.0;
+        memory.interval = impulse_interval(block.node_weight, h_);
+        memory.owed = 0.5 * h_ / memory.interval;
+        memory.last_interval = loaded && !contact.is_ahead ? h_ : 0.0;
+        memory.approach_speed = 0.0;
+        memory.energy_taken = 0.0;
+        const double gap = contact.gap_target - h_ * (point.u_n_target - normal_velocity(point, twist));
+        if (contact.would_close && gap <= settings_.tolerance) {
+            // An impact: no force that the next step could start from, but a speed and the work to give
+            // back.
+            memory.approach_speed = contact.approach_speed;
+            memory.energy_taken =
+                -0.5 * point.p_n * (contact.u_n_before + normal_velocity(point, twist)) -
+                0.5 * point.p_t.dot(tangential_before(block, point) + tangential_velocity(point, twist));
         }
+        memory.p_n = contact.is_ahead ? 0.0 : point.p_n;
+        memory.p_t = contact.is_ahead ? Vec3(Vec3::Zero()) : in_world(point.p_t);
+        memory.is_sticking = loaded && block.has_friction() && (block.is_sticking || !at_limit);
+        if (!block.has_friction()) {
+            continue;
+        }
+        const Vec3 d_t = in_world(h_ * (tangential_velocity(point, twist) - point.u_t_target) -
+                                  owed_displacement(block, memory));
+        memory.slip = memory.is_sticking ? Vec3(memory.slip + d_t) : Vec3(Vec3::Zero());
+        memory.sliding = memory.is_sticking ? Vec3(Vec3::Zero()) : Vec3(d_t / h_);
     }
 }
 

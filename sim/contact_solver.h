@@ -69,6 +69,9 @@ struct ContactSolveReport {
 /// One solve over an interval. Keeps its arrays between steps.
 class ContactSolver {
 public:
+    /// Threads that share its loops; the result does not depend on them.
+    void set_workers(Workers* workers) { loop_.workers = workers; }
+
     /// Blocks for all contacts of `pairs` at the poses of `bodies`, warm-started. `bodies.velocity` are those
     /// at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.
     void prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
@@ -99,8 +102,12 @@ public:
 private:
     double part_of(double tolerance) const;
     void predict(const Bodies& bodies);
-    void start_block(const Bodies& bodies, const PairContacts& pair, int block_index);
+    bool takes(const Bodies& bodies, const PairContacts& pair, std::size_t contact) const;
+    void place_contacts(const Bodies& bodies, const PairContacts& pair, int pair_index, std::size_t first_block,
+                        std::size_t first_point);
+    void start_block(const Bodies& bodies, const PairContacts& pair, ContactBlock& block);
     double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    void remember_block(const ContactBlock& block, std::vector<PairContacts>& pairs) const;
     double measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     double measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     double measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs, const ContactBlock& block);
@@ -121,12 +128,17 @@ private:
     TogetherSweeps together_; ///< over few blocks
     std::vector<RestingContact> contacts_;  ///< [loop_.points]
     std::vector<double> joint_weight_;      ///< [joint_count]
-    std::vector<ContactGeometry> geometry_; ///< of the pair being added
     std::vector<Velocity> velocity_;
     std::vector<Velocity> measured_; ///< those of the first measurement of this solve
     std::vector<double> radius_;     ///< [m] of the bodies around their centres of mass; static: 0
     std::vector<unsigned> unsure_;   ///< lanes of the batches that are to be measured again
-    bool all_in_solve_ = true;       ///< no contact was left out or dropped
+    /// [pairs] blocks and points of the pairs before each one.
+    struct Places {
+        std::size_t blocks = 0;
+        std::size_t points = 0;
+    };
+    std::vector<Places> places_;
+    bool all_in_solve_ = true; ///< no contact was left out or dropped
     std::vector<Pose> predicted_;
     std::vector<PlacedBody> placed_; ///< the same, with rotation matrices
     JointSolver joints_;

@@ -1,6 +1,30 @@
 #include "sim/workers.h"
 
 namespace sim {
+namespace {
+
+/// Looks at a value that another thread will change: so often without and then with leave to other programs, about a
+/// millisecond together, as long as what only one thread does between loops; then this thread goes to sleep.
+constexpr int looks = 1000;
+constexpr int polite_looks = 2000;
+
+/// Waits until `value` is no longer `old`.
+void wait_for_change(const std::atomic<std::size_t>& value, std::size_t old) {
+    for (int i = 0; i < looks + polite_looks; ++i) {
+        if (value.load(std::memory_order_acquire) != old) {
+            return;
+        }
+        if (i >= looks) {
+            std::this_thread::yield();
+        }
+#if defined(__x86_64__)
+        __builtin_ia32_pause();
+#endif
+    }
+    value.wait(old, std::memory_order_acquire);
+}
+
+} // namespace
 
 Workers::Workers(int threads) {
     for (int i = 1; i < threads; ++i) {
@@ -9,11 +33,9 @@ Workers::Workers(int threads) {
 }
 
 Workers::~Workers() {
-    {
-        const std::lock_guard lock(mutex_);
-        stop_ = true;
-    }
-    begin_.notify_all();
+    stop_ = true;
+    ++loop_;
+    loop_.notify_all();
     for (std::thread& thread : threads_) {
         thread.join();
     }
@@ -21,44 +43,42 @@ Workers::~Workers() {
 
 /// The range of thread `part`: equal shares, whatever the order in which they run.
 void Workers::do_part(std::size_t part) const {
-    const std::size_t parts = threads_.size() + 1;
-    (*work_)(count_ * part / parts, count_ * (part + 1) / parts);
+    const std::size_t parts = thread_count();
+    const std::size_t first = task_.count * part / parts;
+    const std::size_t last = task_.count * (part + 1) / parts;
+    if (first < last) {
+        task_.call(task_.work, first, last);
+    }
 }
 
 void Workers::serve(std::size_t part) {
-    std::size_t done = 0;
-    std::unique_lock lock(mutex_);
-    while (true) {
-        begin_.wait(lock, [&] { return stop_ || loop_ != done; });
+    for (std::size_t done = 0;; ++done) {
+        wait_for_change(loop_, done);
         if (stop_) {
             return;
         }
-        done = loop_;
-        lock.unlock();
         do_part(part);
-        lock.lock();
         if (--running_ == 0) {
-            end_.notify_one();
+            running_.notify_one();
         }
     }
 }
 
-void Workers::run(std::size_t count, const std::function<void(std::size_t, std::size_t)>& work) {
+void Workers::run_task(const Task& task) {
     if (threads_.empty()) {
-        work(0, count);
+        if (task.count > 0) {
+            task.call(task.work, 0, task.count);
+        }
         return;
     }
-    {
-        const std::lock_guard lock(mutex_);
-        work_ = &work;
-        count_ = count;
-        running_ = threads_.size();
-        ++loop_;
-    }
-    begin_.notify_all();
+    task_ = task;
+    running_ = threads_.size();
+    ++loop_;
+    loop_.notify_all();
     do_part(0);
-    std::unique_lock lock(mutex_);
-    end_.wait(lock, [&] { return running_ == 0; });
+    for (std::size_t left = running_; left != 0; left = running_) {
+        wait_for_change(running_, left);
+    }
 }
 
 } // namespace sim

@@ -1,15 +1,15 @@
 #pragma once
 /// A few threads that share the parts of a loop whose results do not depend on each other.
-#include <condition_variable>
+#include <atomic>
 #include <cstddef>
-#include <functional>
-#include <mutex>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 namespace sim {
 
-/// Threads that wait for work between loops. The caller's thread works too, so one thread starts none.
+/// Threads that wait for work between loops: for the next one, which is near, without going to sleep at once. The
+/// caller's thread works too, so one thread starts none.
 class Workers {
 public:
     /// threads >= 1.
@@ -20,21 +20,41 @@ public:
 
     /// Calls work(first, last) for ranges that cover 0..count once, and returns when all are done. The ranges
     /// run in any order, so `work` may write only to its own elements. It must not throw.
-    void run(std::size_t count, const std::function<void(std::size_t, std::size_t)>& work);
+    template <typename Work>
+    void run(std::size_t count, Work&& work) {
+        using Called = std::remove_reference_t<Work>;
+        run_task({&work,
+                  [](const void* called, std::size_t first, std::size_t last) {
+                      (*static_cast<Called*>(const_cast<void*>(called)))(first, last);
+                  },
+                  count});
+    }
+
+    std::size_t thread_count() const { return threads_.size() + 1; }
 
 private:
+    struct Task {
+        const void* work = nullptr;
+        void (*call)(const void* work, std::size_t first, std::size_t last) = nullptr;
+        std::size_t count = 0;
+    };
+
+    void run_task(const Task& task);
     void serve(std::size_t part);
     void do_part(std::size_t part) const;
 
     std::vector<std::thread> threads_;
-    std::mutex mutex_;
-    std::condition_variable begin_;
-    std::condition_variable end_;
-    const std::function<void(std::size_t, std::size_t)>* work_ = nullptr;
-    std::size_t count_ = 0;
-    std::size_t loop_ = 0;    ///< number of the loop under way
-    std::size_t running_ = 0; ///< threads still in it
-    bool stop_ = false;
+    Task task_;
+    std::atomic<std::size_t> loop_ = 0;    ///< number of the loop under way
+    std::atomic<std::size_t> running_ = 0; ///< threads still in it
+    std::atomic<bool> stop_ = false;
 };
+
+/// Raises `most` to x, whichever thread comes first.
+inline void raise_to(std::atomic<double>& most, double x) {
+    double seen = most.load(std::memory_order_relaxed);
+    while (seen < x && !most.compare_exchange_weak(seen, x, std::memory_order_relaxed)) {
+    }
+}
 
 } // namespace sim

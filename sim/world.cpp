@@ -78,6 +78,8 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     for (std::size_t i = 0; i < reported_count; ++i) {
         is_box.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
     }
+    contact_solver.set_workers(&workers);
+    collision_solver.set_workers(&workers);
     StepReport report;
     find_contacts(report);
     resolve_collisions(report);
