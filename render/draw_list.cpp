@@ -134,8 +134,7 @@ private:
     }
 
     void add_primitive(const sim::Cylinder& cylinder, const Pose& pose) {
-        rounds.push_back(
-            part(pose, Vec3::Ones(), std::hypot(cylinder.radius, cylinder.half_length), mesh_));
+        rounds.push_back(part(pose, Vec3::Ones(), std::hypot(cylinder.radius, cylinder.half_length), mesh_));
     }
 
     void add_primitive(const sim::Capsule& capsule, const Pose& pose) {
@@ -365,10 +364,15 @@ FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume
     result.open.clear();
     const glm::vec3 across = floor.frame.across();
     for (int y = 0; y < size.y; ++y) {
-        for (int x = 0; x < size.x; ++x) {
-            const glm::vec2 p = first + (glm::vec2(x, y) + 0.5f) * volume.cell();
-            const glm::vec3 position = floor.frame.origin + floor.frame.tangent * p.x + across * p.y;
-            result.open.push_back(volume.open_share(position, floor.frame.normal));
+        for (int x = 0; x < size.x; x += 4) {
+            std::array<glm::vec3, 4> points;
+            for (int k = 0; k < 4; ++k) {
+                const glm::vec2 p = first + (glm::vec2(x + k, y) + 0.5f) * volume.cell();
+                points[static_cast<std::size_t>(k)] =
+                    floor.frame.origin + floor.frame.tangent * p.x + across * p.y;
+            }
+            const std::array<float, 4> open = volume.open_shares(points, floor.frame.normal);
+            result.open.insert(result.open.end(), open.begin(), open.begin() + std::min(4, size.x - x));
         }
     }
     const glm::vec2 scale = 1.0f / (glm::vec2(size) * volume.cell());
@@ -464,8 +468,8 @@ public:
         std::vector<int> meshes;
         std::visit(Overload{[&](const sim::Compound& compound) {
                                 for (const sim::CompoundPart& part : compound.parts) {
-                                    meshes.push_back(
-                                        std::visit([&](const auto& s) { return of_primitive(s); }, part.shape));
+                                    meshes.push_back(std::visit(
+                                        [&](const auto& s) { return of_primitive(s); }, part.shape));
                                 }
                             },
                             [&](const auto& primitive) { meshes.push_back(of_primitive(primitive)); }},
@@ -477,8 +481,9 @@ public:
     void number_hulls() {
         for (std::vector<int>& meshes : geometry_.mesh_of_part) {
             for (int& mesh : meshes) {
-                mesh = mesh < -1 ? mesh_id::lathe_first + static_cast<int>(geometry_.profiles.size()) - 2 - mesh
-                                 : mesh;
+                mesh = mesh < -1
+                           ? mesh_id::lathe_first + static_cast<int>(geometry_.profiles.size()) - 2 - mesh
+                           : mesh;
             }
         }
     }

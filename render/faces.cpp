@@ -118,31 +118,39 @@ private:
         if (kind.is_large) {
             fill_atlas(normal, face);
         } else {
-            face.open_corners = packed_share(open_share(face, {-1, -1}, normal)) |
-                                packed_share(open_share(face, {1, -1}, normal)) << 8 |
-                                packed_share(open_share(face, {-1, 1}, normal)) << 16 |
-                                packed_share(open_share(face, {1, 1}, normal)) << 24;
+            const std::array<float, 4> open =
+                list_.occlusion.open_shares({on_face(face, {-1, -1}), on_face(face, {1, -1}),
+                                             on_face(face, {-1, 1}), on_face(face, {1, 1})},
+                                            normal);
+            for (std::size_t k = 0; k < open.size(); ++k) {
+                face.open_corners |= packed_share(open[k]) << (8 * k);
+            }
         }
         faces_[kind].push_back(face);
     }
 
-    float open_share(const Face& face, const glm::vec2& place, const glm::vec3& normal) const {
-        return list_.occlusion.open_share(face.center + face.half_u * place.x + face.half_v * place.y,
-                                          normal);
+    static glm::vec3 on_face(const Face& face, const glm::vec2& place) {
+        return face.center + face.half_u * place.x + face.half_v * place.y;
     }
 
     void fill_atlas(const glm::vec3& normal, Face& face) {
-        const auto points = [this](const glm::vec3& half) {
+        const auto points_along = [this](const glm::vec3& half) {
             const float n = 2.0f * glm::length(half) / (point_distance_cells * list_.occlusion.cell());
             return static_cast<int>(std::clamp(std::ceil(n) + 1.0f, 2.0f, static_cast<float>(most_points)));
         };
-        const glm::ivec2 count(points(face.half_u), points(face.half_v));
+        const glm::ivec2 count(points_along(face.half_u), points_along(face.half_v));
         const glm::ivec2 at = rows_.place(count.x, count.y);
         for (int j = 0; j < count.y; ++j) {
             float* row =
                 list_.sky_atlas.open.data() + static_cast<std::size_t>(at.y + j) * SkyAtlas::width + at.x;
-            for (int i = 0; i < count.x; ++i) {
-                row[i] = open_share(face, 2.0f * glm::vec2(i, j) / glm::vec2(count - 1) - 1.0f, normal);
+            for (int i = 0; i < count.x; i += 4) {
+                std::array<glm::vec3, 4> points;
+                for (int k = 0; k < 4; ++k) {
+                    points[static_cast<std::size_t>(k)] =
+                        on_face(face, 2.0f * glm::vec2(i + k, j) / glm::vec2(count - 1) - 1.0f);
+                }
+                const std::array<float, 4> open = list_.occlusion.open_shares(points, normal);
+                std::copy_n(open.begin(), std::min(4, count.x - i), row + i);
             }
         }
         // The face's edges lie at the middle of the outermost texels.

@@ -77,6 +77,19 @@ void ElementArray::draw(int first, int count) {
                    reinterpret_cast<const void*>(offset));
 }
 
+void TriangleList::make() {
+    vertex_array_ = GlVertexArray::create();
+    buffer_ = GlBuffer::create();
+}
+
+void TriangleList::draw(std::span<const std::uint32_t> indices) const {
+    glBindVertexArray(vertex_array_.get());
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffer_.get());
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size_bytes()), indices.data(),
+                 GL_STREAM_DRAW);
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(indices.size()), GL_UNSIGNED_INT, nullptr);
+}
+
 TexelTable make_texel_table() {
     TexelTable table{GlBuffer::create(), GlTexture::create()};
     upload_texels(table, nullptr, 16);

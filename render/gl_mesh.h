@@ -37,6 +37,18 @@ private:
     int capacity_ = 0; ///< elements in the buffer
 };
 
+/// Triangles that change from picture to picture, of vertices that are told from their number alone.
+class TriangleList {
+public:
+    void make();
+    /// Three indices a triangle.
+    void draw(std::span<const std::uint32_t> indices) const;
+
+private:
+    GlVertexArray vertex_array_;
+    GlBuffer buffer_;
+};
+
 /// Numbers that shaders read as a table of texels of four floats.
 struct TexelTable {
     GlBuffer buffer;

@@ -1,7 +1,9 @@
 #include "render/occlusion.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 namespace render {
 
@@ -23,34 +25,81 @@ constexpr Tap upright_tap{6.0f, 0.40f, 2};
 /// Filled share that a sample may find above a lone flat face that lies askew: taken off.
 constexpr float own_share = 0.03f;
 
-float open_after(const Tap& tap, float filled) {
-    return 1.0f - tap.weight * std::max(0.0f, filled - own_share) / (1.0f - own_share);
+/// Four points at a time: vectors as g++ and clang++ have them on every processor.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+Float4 all(float x) {
+    return Float4{x, x, x, x};
+}
+Int4 all(std::int32_t x) {
+    return Int4{x, x, x, x};
+}
+Int4 chosen(Int4 mask, Int4 a, Int4 b) {
+    return (mask & a) | (~mask & b);
+}
+Float4 chosen(Int4 mask, Float4 a, Float4 b) {
+    return std::bit_cast<Float4>(chosen(mask, std::bit_cast<Int4>(a), std::bit_cast<Int4>(b)));
+}
+template <class Vector>
+Vector least(Vector a, Vector b) {
+    return chosen(a < b, a, b);
+}
+template <class Vector>
+Vector largest(Vector a, Vector b) {
+    return chosen(a > b, a, b);
+}
+
+/// Four points or directions: x, y, z.
+using Points4 = std::array<Float4, 3>;
+
+Float4 open_after(const Tap& tap, Float4 filled) {
+    return all(1.0f) - all(tap.weight) * largest(all(0.0f), filled - all(own_share)) / all(1.0f - own_share);
+}
+
+/// Cells on both sides of a place along one axis, and where between their centres it lies.
+struct Between {
+    Int4 lower;
+    Int4 upper;
+    Float4 share;
+};
+
+/// p in cells. Clears `is_inside` where it lies outside.
+Between between_cells(Float4 p, int size, Int4& is_inside) {
+    // floor() of what may lie a little below 0.
+    constexpr int below = 1024;
+    const Float4 q = least(largest(p - all(0.5f), all(-2.0f)), all(static_cast<float>(last_cell)));
+    const Int4 i = __builtin_convertvector(q + all(static_cast<float>(below)), Int4) - all(below);
+    is_inside = is_inside & (i >= all(-1)) & (i < all(size));
+    const Int4 end = all(size - 1);
+    return {largest(least(i, end), all(0)), largest(least(i + all(1), end), all(0)),
+            q - __builtin_convertvector(i, Float4)};
 }
 
 /// Trilinear interpolation between cell centres; 0 outside. p in cells.
-float interpolated(const OcclusionVolume::Level& level, const glm::vec3& p) {
+Float4 interpolated(const OcclusionVolume::Level& level, const Points4& p) {
     const glm::ivec3& size = level.size;
-    // floor() of what may lie a little below 0, without the library's function of that name.
-    constexpr int below = 1024;
-    const glm::vec3 q = glm::clamp(p - 0.5f, -2.0f, static_cast<float>(last_cell));
-    const glm::ivec3 i = glm::ivec3(q + static_cast<float>(below)) - below;
-    if (i.x < -1 || i.y < -1 || i.z < -1 || i.x >= size.x || i.y >= size.y || i.z >= size.z) {
-        return 0.0f;
-    }
-    const glm::vec3 f = q - glm::vec3(i);
-    const int x0 = std::max(i.x, 0);
-    const int y0 = std::max(i.y, 0);
-    const int z0 = std::max(i.z, 0);
-    const int x1 = std::min(i.x + 1, size.x - 1);
-    const int y1 = std::min(i.y + 1, size.y - 1);
-    const int z1 = std::min(i.z + 1, size.z - 1);
-    const auto row = [&](int y, int z) {
-        const float* at = level.filled.data() + (static_cast<std::size_t>(z) * size.y + y) * size.x;
-        return at[x0] + f.x * (at[x1] - at[x0]);
+    Int4 is_inside = all(-1);
+    const Between x = between_cells(p[0], size.x, is_inside);
+    const Between y = between_cells(p[1], size.y, is_inside);
+    const Between z = between_cells(p[2], size.z, is_inside);
+    const auto row = [&](Int4 at_y, Int4 at_z) {
+        const Int4 first = (at_z * all(size.y) + at_y) * all(size.x);
+        const Int4 lower = first + x.lower;
+        const Int4 upper = first + x.upper;
+        Float4 a;
+        Float4 b;
+        for (int k = 0; k < 4; ++k) {
+            a[k] = level.filled[static_cast<std::size_t>(lower[k])];
+            b[k] = level.filled[static_cast<std::size_t>(upper[k])];
+        }
+        return a + x.share * (b - a);
     };
-    const float lower = row(y0, z0) + f.y * (row(y1, z0) - row(y0, z0));
-    const float upper = row(y0, z1) + f.y * (row(y1, z1) - row(y0, z1));
-    return lower + f.z * (upper - lower);
+    const Float4 a = row(y.lower, z.lower);
+    const Float4 b = row(y.lower, z.upper);
+    const Float4 lower = a + y.share * (row(y.upper, z.lower) - a);
+    const Float4 upper = b + y.share * (row(y.upper, z.upper) - b);
+    return chosen(is_inside, lower + z.share * (upper - lower), all(0.0f));
 }
 
 /// Radius of a profile at height z; 0 beyond its ends. Where the profile overhangs, the largest.
@@ -209,12 +258,27 @@ void OcclusionVolume::finish() {
 }
 
 float OcclusionVolume::open_share(const glm::vec3& position, const glm::vec3& normal) const {
+    return open_shares({position, position, position, position}, normal)[0];
+}
+
+std::array<float, 4> OcclusionVolume::open_shares(const std::array<glm::vec3, 4>& positions,
+                                                  const glm::vec3& normal) const {
     if (is_empty()) {
-        return 1.0f;
+        return {1.0f, 1.0f, 1.0f, 1.0f};
     }
-    const glm::vec3 p = (position - lower_) / cell_;
+    Points4 p{};
+    for (int k = 0; k < 4; ++k) {
+        const glm::vec3 place = (positions[static_cast<std::size_t>(k)] - lower_) / cell_;
+        for (int axis = 0; axis < 3; ++axis) {
+            p[static_cast<std::size_t>(axis)][k] = place[axis];
+        }
+    }
     const auto open_at = [&](const Tap& tap, const glm::vec3& direction) {
-        const glm::vec3 at = (p + direction * tap.distance) / static_cast<float>(1 << tap.level);
+        Points4 at{};
+        const float scale = 1.0f / static_cast<float>(1 << tap.level);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            at[axis] = (p[axis] + all(direction[static_cast<int>(axis)] * tap.distance)) * all(scale);
+        }
         return open_after(tap, interpolated(level(tap.level), at));
     };
     // Any two directions across the normal will do.
@@ -222,12 +286,13 @@ float OcclusionVolume::open_share(const glm::vec3& position, const glm::vec3& no
     const glm::vec3 t = glm::normalize(glm::cross(side, normal));
     const glm::vec3 s = glm::cross(normal, t);
     constexpr float lean = 0.70710678f;
-    float open = 0.0f;
+    Float4 open{};
     for (const glm::vec3& across : {t, -t, s, -s}) {
         const glm::vec3 direction = (normal + across) * lean;
-        open += 0.25f * open_at(leaning_taps[0], direction) * open_at(leaning_taps[1], direction);
+        open += all(0.25f) * open_at(leaning_taps[0], direction) * open_at(leaning_taps[1], direction);
     }
-    return open * open_at(upright_tap, normal);
+    open *= open_at(upright_tap, normal);
+    return {open[0], open[1], open[2], open[3]};
 }
 
 } // namespace render

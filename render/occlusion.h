@@ -33,6 +33,9 @@ public:
 
     /// Share 0..1 of the sky that is open at a point of a surface with unit normal; 1 outside the volume.
     float open_share(const glm::vec3& position, const glm::vec3& normal) const;
+    /// The same at four points of one surface.
+    std::array<float, 4> open_shares(const std::array<glm::vec3, 4>& positions,
+                                     const glm::vec3& normal) const;
 
     /// Filled share 0..1 of the cells of one size.
     struct Level {

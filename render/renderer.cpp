@@ -116,6 +116,27 @@ Target make_target(const Viewport& viewport, bool has_ids) {
     return target;
 }
 
+/// Triangles of the three sides of each box that look away from the sun; vertex 8 i + k is corner k of box i,
+/// at x, y, z = +-1 by the bits 1, 2, 4 of k.
+std::vector<std::uint32_t> sides_away_from(const glm::vec3& to_sun, std::span<const Instance> boxes) {
+    using Side = std::array<std::uint32_t, 6>;
+    constexpr std::array<std::array<Side, 2>, 3> sides{{{{{0, 4, 6, 0, 6, 2}, {1, 3, 7, 1, 7, 5}}},
+                                                        {{{0, 1, 5, 0, 5, 4}, {2, 6, 7, 2, 7, 3}}},
+                                                        {{{0, 2, 3, 0, 3, 1}, {4, 5, 7, 4, 7, 6}}}}};
+    std::vector<std::uint32_t> indices;
+    indices.reserve(boxes.size() * 18);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const glm::vec3 sun = turned_back(boxes[i].orientation, to_sun);
+        for (int axis = 0; axis < 3; ++axis) {
+            for (const std::uint32_t corner :
+                 sides[static_cast<std::size_t>(axis)][sun[axis] > 0.0f ? 0 : 1]) {
+                indices.push_back(static_cast<std::uint32_t>(8 * i) + corner);
+            }
+        }
+    }
+    return indices;
+}
+
 /// From clip coordinates (-1..1 across, 0..1 in depth) to texture coordinates.
 glm::mat4 texture_from_clip() {
     glm::mat4 result(1.0f);
@@ -137,7 +158,7 @@ struct Renderer::Impl {
     GlBuffer frame_block;
     std::vector<GlMesh> meshes; // by mesh id
     ElementArray face_array;
-    ElementArray box_array;
+    TriangleList far_sides; ///< of boxes, seen from the sun
     ElementArray floor_inside;
     ElementArray floor_ring;
     ElementArray sky_array;
@@ -190,9 +211,6 @@ struct Renderer::Impl {
             meshes.push_back(upload_mesh(make_hull_mesh(hull), instances));
         }
         constexpr std::uint32_t quad[] = {0, 1, 3, 0, 3, 2};
-        // Corner i lies at x, y, z = +-1 by the bits 1, 2, 4 of i.
-        constexpr std::uint32_t cube[] = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
-                                          2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
         // Corners of a floor's region, then the same moved outwards.
         constexpr std::uint32_t corner_count = std::tuple_size_v<FloorRegion>;
         std::vector<std::uint32_t> fan;
@@ -206,7 +224,7 @@ struct Renderer::Impl {
         }
         constexpr std::uint32_t triangle[] = {0, 1, 2};
         face_array = ElementArray(quad, 4);
-        box_array = ElementArray(cube, 8);
+        far_sides.make();
         floor_inside = ElementArray(fan, 2 * corner_count);
         floor_ring = ElementArray(ring, 2 * corner_count);
         sky_array = ElementArray(triangle, 3);
@@ -305,7 +323,7 @@ struct Renderer::Impl {
             shadow_box_program.use();
             shadow_box_program.set("boxes", unit::boxes);
             shadow_box_program.set("clip_from_world_sun", list.shadow.clip_from_world);
-            box_array.draw(0, static_cast<int>(list.boxes.size()));
+            far_sides.draw(sides_away_from(plan->geometry().light.to_sun, list.boxes));
         }
         shadow_round_program.use();
         shadow_round_program.set("clip_from_world_sun", list.shadow.clip_from_world);
