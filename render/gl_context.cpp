@@ -92,6 +92,10 @@ GlContext::GlContext() : impl_(std::make_unique<Impl>()) {
 
 GlContext::~GlContext() = default;
 
+std::string renderer_string() {
+    return GlContext().renderer_string();
+}
+
 std::string GlContext::renderer_string() const {
     return gl_string(GL_RENDERER) + ", OpenGL " + gl_string(GL_VERSION);
 }

@@ -14,6 +14,9 @@ void configure_gl(bool portable);
 /// What the bytes of a picture depend on beside program, scene and libraries: "x86-64, fused multiply-add".
 std::string processor_class();
 
+/// Name and version of OpenGL, as of any context made here. Throws Error (io) if none can be made.
+std::string renderer_string();
+
 class GlContext {
 public:
     /// Creates a core-profile context and makes it current in this thread; depth in clip space is 0..1, not

@@ -151,7 +151,7 @@ inline OutputDef output_of(Preset preset) {
         output.soft_shadows = false;
         output.shadow_size = 512;
         output.crf = 23;
-        output.effort = "superfast";
+        output.effort = "ultrafast";
     } else if (preset == Preset::final) {
         output.width = 1920;
         output.height = 1080;

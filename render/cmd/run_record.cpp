@@ -1,12 +1,15 @@
 #include "render/cmd/run_record.h"
 
 #include "render/gl_context.h"
+#include "render/shader.h"
 #include "sim/error.h"
 #include "sim/file_io.h"
 #include "sim/scene_difference.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include <regex>
 
 namespace cmd {
 
@@ -15,15 +18,25 @@ namespace fs = std::filesystem;
 namespace {
 
 RunRecord record_of(const sim::SceneDef& scene) {
-    return {"tumble " TUMBLE_VERSION, render::processor_class(), scene.name, scene.text, scene.overrides};
+    return {"tumble " TUMBLE_VERSION,
+            render::renderer_string(),
+            render::processor_class(),
+            render::shaders_hash(),
+            scene.name,
+            scene.text,
+            scene.overrides};
+}
+
+/// "llvmpipe (LLVM 15.0.6, 256 bits)": pictures do not depend on the width of its vectors.
+std::string without_width(const std::string& renderer) {
+    return std::regex_replace(renderer, std::regex(", [0-9]+ bits"), "");
 }
 
 /// Throws Error (io).
 void write_run_record(const fs::path& folder, const RunRecord& record) {
-    const nlohmann::ordered_json json = {{"program", record.program},
-                                         {"processor", record.processor},
-                                         {"scene_name", record.scene_name},
-                                         {"overrides", record.overrides},
+    const nlohmann::ordered_json json = {{"program", record.program},       {"renderer", record.renderer},
+                                         {"processor", record.processor},   {"shaders_hash", record.shaders},
+                                         {"scene_name", record.scene_name}, {"overrides", record.overrides},
                                          {"scene_text", record.scene_text}};
     // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
     sim::write_file(folder / run_record_name,
@@ -35,6 +48,12 @@ void write_run_record(const fs::path& folder, const RunRecord& record) {
 std::string record_difference(const RunRecord& now, const RunRecord& before) {
     if (now.program != before.program) {
         return fmt::format("this is {}, it was {}", now.program, before.program);
+    }
+    if (without_width(now.renderer) != without_width(before.renderer)) {
+        return fmt::format("this renderer is {}, it was {}", now.renderer, before.renderer);
+    }
+    if (now.shaders != before.shaders) {
+        return fmt::format("the shaders have the hash {}, they had {}", now.shaders, before.shaders);
     }
     if (now.processor != before.processor) {
         return fmt::format("this processor is {}, it was {}", now.processor, before.processor);
@@ -51,8 +70,9 @@ std::optional<RunRecord> read_run_record(const fs::path& folder) {
     const std::string text = sim::read_text_file(path);
     try {
         const nlohmann::json json = nlohmann::json::parse(text);
-        return RunRecord{json.at("program"), json.at("processor"), json.at("scene_name"),
-                         json.at("scene_text"), json.at("overrides")};
+        return RunRecord{json.at("program"),      json.at("renderer"),   json.at("processor"),
+                         json.at("shaders_hash"), json.at("scene_name"), json.at("scene_text"),
+                         json.at("overrides")};
     } catch (const nlohmann::json::exception&) {
         throw sim::Error(sim::ExitCode::io, fmt::format("cannot read {}: it is damaged", path.string()));
     }

@@ -14,7 +14,9 @@ inline constexpr const char* run_record_name = "frames/run.json";
 
 struct RunRecord {
     std::string program;   ///< "tumble 0.1.0"
+    std::string renderer;  ///< OpenGL's name and version
     std::string processor; ///< what else the pictures' bytes depend on
+    std::string shaders;   ///< hash of their texts
     std::string scene_name;
     std::string scene_text;             ///< the scene file as read
     std::vector<std::string> overrides; ///< "dotted.key=value", in the order applied

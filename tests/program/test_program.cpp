@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <regex>
 
 namespace fs = std::filesystem;
 using test::expect_one_line;
@@ -115,6 +116,69 @@ TEST_F(program, the_film_made_from_the_png_files_has_the_same_bytes) {
     EXPECT_TRUE(bytes("again.mp4") == bytes("out/block/block.mp4"));
 }
 
+TEST_F(program, frames_and_film_do_not_depend_on_cores_threads_of_opengl_or_its_vectors) {
+    ASSERT_EQ(tumble("simulate block.toml").code, 0);
+    const std::string draw = "\"$TUMBLE\" render out/block/trajectory.h5 --out ";
+    ASSERT_EQ(shell(draw + "a").code, 0);
+    for (const char* setting : {"taskset -c 0", "env LP_NUM_THREADS=3", "env LP_NATIVE_VECTOR_WIDTH=128",
+                                "env LP_NATIVE_VECTOR_WIDTH=256"}) {
+        ASSERT_EQ(shell(setting + (" " + draw) + "b").code, 0) << setting;
+        EXPECT_TRUE(bytes("a/block/block.mp4") == bytes("b/block/block.mp4")) << setting;
+        for (int k = 0; k < frame_count; ++k) {
+            const std::string name = "block/" + render::frame_file_name(k);
+            EXPECT_TRUE(bytes("a/" + name) == bytes("b/" + name)) << setting << ", " << name;
+        }
+    }
+}
+
+TEST_F(program, portable_pictures_do_not_depend_on_vectors_or_the_mathematical_library) {
+    ASSERT_EQ(tumble("simulate block.toml").code, 0);
+    const std::string draw =
+        "\"$TUMBLE\" render out/block/trajectory.h5 --portable --no-video --frames 4:6 --out ";
+    ASSERT_EQ(shell(draw + "a").code, 0);
+    // The last one takes the C library's code paths for processors without fused multiply-add.
+    for (const char* setting : {"env LP_NATIVE_VECTOR_WIDTH=128", "env LP_NATIVE_VECTOR_WIDTH=256",
+                                "env GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX"}) {
+        ASSERT_EQ(shell(setting + (" " + draw) + "b").code, 0) << setting;
+        const std::string name = "block/" + render::frame_file_name(5);
+        EXPECT_TRUE(bytes("a/" + name) == bytes("b/" + name)) << setting;
+    }
+}
+
+TEST_F(program, the_decoded_film_shows_the_frames) {
+    ASSERT_EQ(tumble("run block.toml").code, 0);
+    const test::Film film = test::read_film(folder / "out/block/block.mp4");
+    ASSERT_EQ(film.frames.size(), static_cast<std::size_t>(frame_count));
+    EXPECT_TRUE(film.is_tagged_bt709);
+    for (int k = 0; k < frame_count; ++k) {
+        const render::Image shown = test::to_rgb(film.frames[static_cast<std::size_t>(k)]);
+        const auto db = [&](int frame) {
+            return test::psnr(shown,
+                              render::read_image(folder / "out/block" / render::frame_file_name(frame)));
+        };
+        EXPECT_GT(db(k), 36.0) << k;
+        EXPECT_GT(db(k), db(k == 0 ? 1 : k - 1)) << k;
+    }
+}
+
+TEST_F(program, frames_of_other_shaders_or_another_renderer_are_not_mixed) {
+    ASSERT_EQ(tumble("run block.toml --frames 0:2").code, 0);
+    const std::string record = bytes("out/block/frames/run.json");
+    nlohmann::json json = nlohmann::json::parse(record);
+    for (const char* key : {"renderer", "shaders_hash"}) {
+        nlohmann::json other = json;
+        other[key] = "another";
+        sim::write_file(folder / "out/block/frames/run.json", other.dump());
+        const Outcome outcome = tumble("run block.toml --frames 2:4");
+        EXPECT_EQ(outcome.code, 2);
+        EXPECT_NE(outcome.err.find("another"), std::string::npos) << outcome.err;
+    }
+    json["renderer"] =
+        std::regex_replace(std::string(json["renderer"]), std::regex("[0-9]+ bits"), "64 bits");
+    sim::write_file(folder / "out/block/frames/run.json", json.dump());
+    EXPECT_EQ(tumble("run block.toml --frames 2:4").code, 0);
+}
+
 TEST_F(program, render_draws_an_earlier_simulation_in_another_size_and_rate) {
     ASSERT_EQ(tumble("simulate block.toml").code, 0);
     const Outcome outcome =
@@ -150,7 +214,7 @@ TEST_F(program, portable_pictures_say_so_and_are_not_mixed_with_others) {
     ASSERT_EQ(tumble(small + "--portable").code, 0);
     const nlohmann::json summary = nlohmann::json::parse(bytes("out/block/summary.json"));
     EXPECT_EQ(summary["processor"], "x86-64, no more than sse4.1");
-    EXPECT_EQ(summary["settings"]["effort"], "superfast");
+    EXPECT_EQ(summary["settings"]["effort"], "ultrafast");
     const Outcome mixed = tumble(small + "--resume");
     EXPECT_EQ(mixed.code, 2);
     EXPECT_NE(mixed.err.find("it was x86-64, no more than sse4.1"), std::string::npos) << mixed.err;
@@ -327,8 +391,9 @@ TEST_F(program, a_simulation_that_stops_is_told_apart) {
 #endif
 #endif
     // What leaves the range of numbers is refused before the first step; what leaves the memory stops.
-    const Outcome outcome = shell("ulimit -v 500000; \"$TUMBLE\" simulate \"" TUMBLE_SCENE_DIR
-                                  "/funnel.toml\" --set 'lattice.cube.count=[90,90,90]' --duration 0.01 --quiet");
+    const Outcome outcome =
+        shell("ulimit -v 500000; \"$TUMBLE\" simulate \"" TUMBLE_SCENE_DIR
+              "/funnel.toml\" --set 'lattice.cube.count=[90,90,90]' --duration 0.01 --quiet");
     EXPECT_EQ(outcome.code, 5) << outcome.err;
     expect_one_line(outcome.err);
     EXPECT_TRUE(files_in("out/funnel").empty());

@@ -140,8 +140,9 @@ TEST(renderer, threads_and_vector_width_do_not_change_a_byte) {
     const std::string expected = picture_hash_with("LP_NUM_THREADS=0");
     EXPECT_TRUE(expected.starts_with("hash ")) << expected;
     // Mesa's cache of compiled shaders does not tell vector widths apart.
-    for (const char* settings : {"LP_NUM_THREADS=1", "LP_NUM_THREADS=2",
-                                 "MESA_SHADER_CACHE_DISABLE=true LP_NATIVE_VECTOR_WIDTH=128"}) {
+    for (const char* settings : {"LP_NUM_THREADS=1", "LP_NUM_THREADS=2", "LP_NUM_THREADS=5",
+                                 "MESA_SHADER_CACHE_DISABLE=true LP_NATIVE_VECTOR_WIDTH=128",
+                                 "MESA_SHADER_CACHE_DISABLE=true LP_NATIVE_VECTOR_WIDTH=256"}) {
         EXPECT_EQ(picture_hash_with(settings), expected) << settings;
     }
 }

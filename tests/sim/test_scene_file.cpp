@@ -374,7 +374,7 @@ TEST(scene_file, presets_give_what_a_scene_leaves_out) {
     EXPECT_EQ(draft.output.width, 1280);
     EXPECT_EQ(draft.output.shadow_size, 512);
     EXPECT_EQ(draft.output.crf, 30);
-    EXPECT_EQ(draft.output.effort, "superfast");
+    EXPECT_EQ(draft.output.effort, "ultrafast");
     const std::vector<std::string> overrides{"output.preset=\"final\"", "output.height=720"};
     const SceneDef last =
         parse_scene("[output]\neffort = \"slow\"\nsmooth_edges = false\n", "last.toml", overrides);
