@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -97,10 +98,14 @@ std::string png_rows(int frame_count) {
             render::read_image(folder / "2" / "funnel" / render::frame_file_name(frame));
         std::size_t bytes = 0;
         const double ours = thread_ms([&] { bytes = render::encode_png(image).size(); });
-        int stb_bytes = 0;
+        std::vector<std::uint8_t> file;
+        const auto take = [](void* to, void* data, int size) {
+            const auto* begin = static_cast<const std::uint8_t*>(data);
+            static_cast<std::vector<std::uint8_t>*>(to)->assign(begin, begin + size);
+        };
         const double stb = thread_ms([&] {
-            std::free(stbi_write_png_to_mem(image.rgb.data(), 3 * image.width, image.width, image.height, 3,
-                                            &stb_bytes));
+            stbi_write_png_to_func(take, &file, image.width, image.height, 3, image.rgb.data(),
+                                   3 * image.width);
         });
         rows += fmt::format("| {} | {:.1f} | {} | {:.1f} | {} |\n", frame, ours, bytes / 1000, stb,
                             stb_bytes / 1000);
