@@ -108,7 +108,7 @@ std::string png_rows(int frame_count) {
                                    3 * image.width);
         });
         rows += fmt::format("| {} | {:.1f} | {} | {:.1f} | {} |\n", frame, ours, bytes / 1000, stb,
-                            stb_bytes / 1000);
+                            file.size() / 1000);
     }
     return rows;
 }
