@@ -52,6 +52,11 @@ constexpr double linear_share = 0.02;
 /// approaches slowly, rather than carry a load.
 constexpr double largest_stretch = 100.0;
 
+/// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
+/// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
+/// then; the check after the move sees what that leaves.
+constexpr double wander_share = 0.02;
+
 /// Gap errors [m] that rounding leaves.
 constexpr double gap_rounding = 1e-13;
 
@@ -437,7 +442,16 @@ double ContactSolver::measure_block(const Bodies& bodies, const std::vector<Pair
         const PairContacts& pair = pairs[static_cast<std::size_t>(contact.pair)];
         const auto i = static_cast<std::size_t>(contact.index);
         const ContactFeature& feature = pair.manifold.contacts[i].feature;
-        const ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
+        ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
+        if (feature.kind == FeatureKind::edges &&
+            (at.a - pose_a * contact.point_a).norm() >
+                wander_share * std::min(bodies.props[static_cast<std::size_t>(block.a)].bounding_radius,
+                                        bodies.props[static_cast<std::size_t>(block.b)].bounding_radius)) {
+            at.n = block.frame.col(2);
+            at.a = pose_a * contact.point_a;
+            at.b = pose_b * contact.point_b;
+            at.gap = at.n.dot(at.a - at.b);
+        }
         const double missing = contact.gap_target - at.gap;
         worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
         point.u_n_target = normal_velocity(point, twist) + missing / h_;
