@@ -385,8 +385,10 @@ Image flipped(const RawPicture& raw) {
 Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list) {
     const PartTable parts(raw, geometry, list);
     Image image = flipped(raw);
-    // Whether a pixel's part differs from those above or below, and from the one to the right.
-    std::vector<std::uint8_t> differs_across(static_cast<std::size_t>(raw.width));
+    // Whether a pixel's part differs from those above or below (one element more at both ends), and from the
+    // one to the right; whether any of 3 x 3 does.
+    std::vector<std::uint8_t> differs_across(static_cast<std::size_t>(raw.width) + 2);
+    std::vector<std::uint8_t> is_edge(static_cast<std::size_t>(raw.width));
     std::vector<std::uint8_t> differs_along(static_cast<std::size_t>(raw.width) + 1);
     for (int y = 0; y < raw.height; ++y) {
         RowWindow rows{{}, {}, raw.width};
@@ -399,7 +401,7 @@ Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const D
         const std::uint32_t* here = rows.ids[1];
         const std::uint32_t* above = rows.ids[2];
         for (int x = 0; x < raw.width; ++x) {
-            differs_across[x] = (here[x] != below[x]) | (here[x] != above[x]);
+            differs_across[x + 1] = (here[x] != below[x]) | (here[x] != above[x]);
         }
         // Element x + 1 tells of the pixels x and x + 1.
         for (int x = 0; x + 1 < raw.width; ++x) {
@@ -408,14 +410,19 @@ Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const D
         differs_along[raw.width] = 0;
         std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 3;
         for (int x = 0; x < raw.width; ++x) {
-            const int left = std::max(x - 1, 0);
-            const int right = std::min(x + 1, raw.width - 1);
-            if (differs_across[left] | differs_across[x] | differs_across[right] | differs_along[x] |
-                differs_along[x + 1]) {
-                const Candidates found = collect(rows, x);
-                smooth_pixel(parts, found, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f},
-                             to + 3 * x);
-            }
+            is_edge[x] = differs_across[x] | differs_across[x + 1] | differs_across[x + 2] |
+                         differs_along[x] | differs_along[x + 1];
+        }
+        // Most pixels are none: memchr finds the next that is.
+        const std::uint8_t* end = is_edge.data() + raw.width;
+        for (const std::uint8_t* at = is_edge.data();
+             (at = static_cast<const std::uint8_t*>(
+                  std::memchr(at, 1, static_cast<std::size_t>(end - at)))) != nullptr;
+             ++at) {
+            const auto x = static_cast<int>(at - is_edge.data());
+            const Candidates found = collect(rows, x);
+            smooth_pixel(parts, found, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f},
+                         to + 3 * x);
         }
     }
     return image;

@@ -270,11 +270,12 @@ void Film::write_frames() {
         const Stopwatch watch(times_.png);
         const std::string name = frame_file_name(picture->frame);
         if (!picture->is_kept) {
-            sim::write_file(settings_.folder / name, encode_png(*picture->image));
+            sim::write_file_unsynced(settings_.folder / name, encode_png(*picture->image));
         }
         png_files_.push_back(sim::describe_file(settings_.folder, name));
         ++pngs_done_;
     }
+    sim::sync_files(settings_.folder);
 }
 
 void Film::encode_video(const ThreadGroup& threads) {

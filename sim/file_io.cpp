@@ -78,6 +78,12 @@ public:
         }
     }
 
+    void sync_file_system() {
+        if (::syncfs(fd_) != 0) {
+            fail(what_, shown_, errno);
+        }
+    }
+
     void close() {
         const int fd = std::exchange(fd_, -1);
         if (::close(fd) != 0) {
@@ -106,6 +112,27 @@ void sync_folder(const std::filesystem::path& folder) {
     }
 }
 
+void rename_part(const std::filesystem::path& path) {
+    if (::rename(part_path(path).c_str(), path.c_str()) != 0) {
+        fail("write", path, errno);
+    }
+}
+
+/// The part file, then what makes it whole; removes it if either fails.
+template <class Commit>
+void write_part(const std::filesystem::path& path, std::span<const std::uint8_t> bytes, const Commit& commit) {
+    const std::filesystem::path part = part_path(path);
+    try {
+        Descriptor file(part, O_WRONLY | O_CREAT | O_TRUNC, "write", path);
+        file.write_all(bytes);
+        file.close();
+        commit();
+    } catch (...) {
+        ::unlink(part.c_str()); // fails only where there is nothing to remove
+        throw;
+    }
+}
+
 } // namespace
 
 std::string read_text_file(const std::filesystem::path& path) {
@@ -129,23 +156,22 @@ void commit_part(const std::filesystem::path& path) {
     Descriptor file(part, O_RDONLY, "write", path);
     file.sync();
     file.close();
-    if (::rename(part.c_str(), path.c_str()) != 0) {
-        fail("write", path, errno);
-    }
+    rename_part(path);
     sync_folder(path.parent_path());
 }
 
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
-    const std::filesystem::path part = part_path(path);
-    try {
-        Descriptor file(part, O_WRONLY | O_CREAT | O_TRUNC, "write", path);
-        file.write_all(bytes);
-        file.close();
-        commit_part(path);
-    } catch (...) {
-        ::unlink(part.c_str()); // fails only where there is nothing to remove
-        throw;
-    }
+    write_part(path, bytes, [&] { commit_part(path); });
+}
+
+void write_file_unsynced(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
+    write_part(path, bytes, [&] { rename_part(path); });
+}
+
+void sync_files(const std::filesystem::path& folder) {
+    Descriptor descriptor(folder, O_RDONLY | O_DIRECTORY, "write", folder);
+    descriptor.sync_file_system();
+    descriptor.close();
 }
 
 void write_file(const std::filesystem::path& path, const std::string& text) {

@@ -18,6 +18,10 @@ void commit_part(const std::filesystem::path& path);
 
 /// Writes all bytes to the part file and commits it. Throws Error (io), removing the part file.
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+/// The same, but until sync_files() has been called the file may be damaged by a power loss: for many files.
+void write_file_unsynced(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+/// Flushes all that was written to the file system of `folder`. Throws Error (io).
+void sync_files(const std::filesystem::path& folder);
 void write_file(const std::filesystem::path& path, const std::string& text);
 
 /// SHA-256 of a file's bytes, 64 hexadecimal digits. Throws Error (io).
