@@ -9,6 +9,7 @@
 #include "sim/scene_pattern.h"
 #include "sim/scene_section.h"
 #include "sim/scene_shape.h"
+#include "sim/scene_study.h"
 #include "sim/scene_tree.h"
 
 #include <fmt/format.h>
@@ -386,6 +387,7 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     scene.step = read_simulation(source, table("simulation"));
     scene.output = read_output(source, table("output"));
     scene.light = read_light(source, table("light"));
+    read_study(source, table("study")); // for what is wrong with it: study_of() reads it where it is wanted
     read_bodies(loading, top);
     std::size_t index = 0;
     for (const TreeNode* node : top.tables("joint")) {

@@ -148,6 +148,7 @@ SectionSpec top_section() {
                 {"light", table, "", none, "sun and sky", any, "[light]"},
                 {"overlay", table, "", none, "text and more over the pictures", any, "[overlay]"},
                 {"plot", tables, "", none, "plots over the pictures", any, "[[plot]]"},
+                {"study", table, "", none, "what `tumble study` holds it against", any, "[study]"},
                 {"camera", tables, "", none, "cameras; without one all bodies are brought into view", any,
                  "[[camera]]"},
                 {"body", tables, "", none, "bodies", any, "[[body]]"},
@@ -369,6 +370,27 @@ std::vector<SectionSpec> view_sections() {
     };
 }
 
+SectionSpec study_section() {
+    return {"study",
+            "[study]",
+            "What `tumble study` takes as the truth. Without it: a converged solution of the same scene.",
+            {
+                {"law", choice, "", "\"none\"",
+                 "the closed form of its motion: a box on an inclined plane; a ball that bounces, or that slips until "
+                 "it rolls; bodies that rest; one body without gravity",
+                 any, "none sliding_block bouncing_ball rolling_ball tower free_rotation"},
+                {"seed_key", text, "", none,
+                 "key of a whole number, such as lattice.cube.seed, that is varied from run to run: the motion is "
+                 "chaotic, and errors are those of the means over the runs",
+                 any, ""},
+                {"gate_height", number, "m", "0", "bodies below it have passed: throughput; with seed_key", any, ""},
+                {"promises", pairs, "", none,
+                 "error and cost (processor time of a simulated second) that a study found of the presets preview, "
+                 "standard, accurate: three pairs; a run with --preset tells what it reached beside them",
+                 any, ""},
+            }};
+}
+
 std::vector<SectionSpec> overlay_sections() {
     return {
         {"overlay",
@@ -418,7 +440,8 @@ std::vector<SectionSpec> overlay_sections() {
 
 std::vector<SectionSpec> all_sections() {
     std::vector<SectionSpec> sections{top_section(), simulation_section(), output_section()};
-    for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), view_sections(), overlay_sections()}) {
+    for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), view_sections(), overlay_sections(),
+                                                  {study_section()}}) {
         sections.insert(sections.end(), group.begin(), group.end());
     }
     return sections;

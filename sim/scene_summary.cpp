@@ -1,13 +1,12 @@
 #include "sim/scene_summary.h"
 
 #include "sim/rational.h"
+#include "sim/scene_model.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <optional>
-#include <set>
 
 namespace sim {
 
@@ -72,48 +71,6 @@ std::string describe_fraction(Rational x) {
     return parse_rational(decimal) == x && decimal.size() <= 8 ? decimal : fmt::format("{}/{}", x.num, x.den);
 }
 
-/// "0.1" if all bodies that set it agree, else "0.1 to 0.7"; nothing if none is above zero.
-std::optional<std::string> describe_values(const SceneDef& scene, std::optional<double> MaterialDef::*value) {
-    std::set<double> values;
-    for (const BodyDef& body : scene.bodies) {
-        if (body.material.*value) {
-            values.insert(*(body.material.*value));
-        }
-    }
-    if (values.empty() || *values.rbegin() == 0.0) {
-        return std::nullopt;
-    }
-    return values.size() == 1 ? fmt::format("{}", *values.begin())
-                              : fmt::format("{} to {}", *values.begin(), *values.rbegin());
-}
-
-std::vector<std::string> describe_model(const SceneDef& scene) {
-    const StepSettings& step = scene.step;
-    std::vector<std::string> parts;
-    const std::optional<std::string> restitution = describe_values(scene, &MaterialDef::restitution);
-    parts.push_back(restitution ? "restitution " + *restitution : "no rebound");
-    const std::optional<std::string> mu_s = describe_values(scene, &MaterialDef::mu_s);
-    const std::optional<std::string> mu_d = describe_values(scene, &MaterialDef::mu_d);
-    if (!mu_s && !mu_d) {
-        parts.emplace_back("no friction");
-    } else if (mu_s == mu_d) {
-        parts.push_back("friction " + *mu_s);
-    } else {
-        parts.push_back(
-            fmt::format("friction static {}, dynamic {}", mu_s.value_or("0"), mu_d.value_or("0")));
-    }
-    parts.emplace_back(step.impacts == ImpactHandling::stop ? "stops at the time of impact"
-                                                            : "contacts placed ahead of impacts");
-    parts.emplace_back(step.warm_start ? "warm start" : "no warm start");
-    parts.push_back(step.shock_propagation
-                        ? fmt::format("shock propagation after {} sweeps", step.shock_propagation_after)
-                        : "no shock propagation");
-    if (!scene.joints.empty()) {
-        parts.emplace_back("joints");
-    }
-    return parts;
-}
-
 std::string describe_camera(const CameraDef& camera, bool is_chosen) {
     std::string kind;
     switch (camera.kind) {
@@ -164,7 +121,19 @@ std::string describe_scene(const SceneDef& scene) {
     line("tolerances",
          fmt::format("{} m contact, {} m joint, {} m/s impact, at most {} sweeps", step.tolerance,
                      step.joint_tolerance, step.velocity_tolerance, step.iteration_limit));
-    line("model", joined(describe_model(scene)));
+    std::vector<std::string> unused;
+    const char* title = "model"; // of the first line only
+    for (const ModelPart& part : model_parts(scene)) {
+        if (part.is_on) {
+            line(title, fmt::format("{}: {}", part.name, part.reason));
+            title = "";
+        } else {
+            unused.push_back(part.name);
+        }
+    }
+    if (!unused.empty()) {
+        line("not used", joined(unused));
+    }
     line("cameras", joined(cameras));
     for (const std::string& assignment : scene.overrides) {
         line("set", assignment);

@@ -61,6 +61,18 @@ Json mechanics_json(const Mechanics& m) {
             {"angular_momentum_N_m_s", to_json(m.angular_momentum)}};
 }
 
+/// Overlap is promised to stay within the tolerance.
+Json preset_json(const SceneDef& scene, const Summary& summary) {
+    const PresetResult& result = summary.preset;
+    return {{"name", result.preset},
+            {"promised",
+             {{"error", result.error}, {"cost_s_per_s", result.cost}, {"overlap_m", scene.step.tolerance}}},
+            {"reached",
+             {{"error", result.error_reached},
+              {"cost_s_per_s", result.cost_reached},
+              {"overlap_m", summary.totals.max_penetration}}}};
+}
+
 } // namespace
 
 void StepTotals::add(const StepReport& report) {
@@ -125,6 +137,9 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
                  {"processor", summary.processor},
                  {"picture_ms_per_frame", picture_stages},
                  {"files", files}};
+    if (!summary.preset.preset.empty()) {
+        json["preset"] = preset_json(scene, summary);
+    }
     // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

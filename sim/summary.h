@@ -32,6 +32,15 @@ struct StepTotals {
     void add(const StepReport& report);
 };
 
+/// What a preset promises and what a run with it reached. Errors as in a study of the scene; NaN: not known.
+struct PresetResult {
+    std::string preset;       ///< empty: the run was asked for none
+    double error = 0.0;
+    double cost = 0.0;        ///< [s] processor time for a simulated second
+    double error_reached = 0.0; ///< at the end, of a scene that names a law
+    double cost_reached = 0.0;
+};
+
 /// Everything a run reports.
 struct Summary {
     StepTotals totals;
@@ -45,6 +54,7 @@ struct Summary {
     std::string renderer;         ///< OpenGL library; empty without pictures
     std::string processor;        ///< what the bytes of pictures depend on
     std::vector<std::pair<std::string, double>> picture_ms; ///< processor time of a frame [ms] by stage
+    PresetResult preset;
     std::vector<WrittenFile> files;
 };
 

@@ -2,6 +2,8 @@
 
 #include "sim/error.h"
 #include "sim/rational.h"
+#include "sim/scene_file.h"
+#include "study/preset.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -88,8 +90,6 @@ std::string toml_list(std::string_view words) {
 void add_options(CLI::App& verb, Options& options, Changes changes) {
     verb.add_option("--out", options.out, "Folder for the results")->type_name("DIR");
     verb.add_option("--size", options.size, "Size of a frame [px], such as 1280x720")->type_name("WxH");
-    verb.add_option("--preset", options.preset, "Size, edges, shadows and encoder: draft, standard or final")
-        ->type_name("WORD");
     verb.add_option("--fps", options.fps, "Frames a second: a number or a fraction such as 24000/1001")
         ->type_name("N");
     verb.add_option("--duration", options.duration, "Length of the film [s]")->type_name("S");
@@ -99,7 +99,17 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
         ->type_name("WORDS");
     verb.add_option("--color-by", options.color_by, "look, material, body, speed, contacts or impulse")
         ->type_name("WORD");
-    if (changes == Changes::everything) {
+    const bool simulates = changes == Changes::everything;
+    verb.add_option("--preset", options.presets,
+                    simulates ? "Of the simulation: preview, standard or accurate; of the pictures: draft, standard or "
+                                "final; one of each, separated by a comma"
+                              : "Size, edges, shadows and encoder: draft, standard or final")
+        ->type_name("WORDS")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(simulates ? std::vector<std::string>{"preview", "standard", "accurate", "draft", "final"}
+                                        : std::vector<std::string>{"draft", "standard", "final"}));
+    if (simulates) {
         verb.add_option("--time-step", options.time_step, "Time step h [s]")->type_name("S");
         verb.add_option("--tolerance", options.tolerance, "Largest gap error and overlap [m]")
             ->type_name("M");
@@ -173,10 +183,59 @@ FrameRange frame_range(const Options& options, std::int64_t frame_count) {
                 fmt::format("--frames '{}': expected A:B with 0 <= A < B <= {}", text, frame_count));
 }
 
+namespace {
+
+/// The one word of `presets` that `is_meant`; empty if there is none. Throws Error (usage) if there are two.
+std::string one_preset(const Options& options, bool (*is_meant)(const std::string&)) {
+    std::string found;
+    for (const std::string& word : options.presets) {
+        if (is_meant(word)) {
+            if (!found.empty() && found != word) {
+                throw Error(ExitCode::usage,
+                            fmt::format("--preset {},{}: expected one preset of the simulation (preview, standard, "
+                                        "accurate) and one of the pictures (draft, standard, final)",
+                                        found, word));
+            }
+            found = word;
+        }
+    }
+    return found;
+}
+
+std::string picture_preset(const Options& options) {
+    const std::string word =
+        one_preset(options, [](const std::string& w) { return w == "draft" || w == "final"; });
+    const bool is_standard = std::ranges::find(options.presets, "standard") != options.presets.end();
+    return word.empty() && is_standard ? "standard" : word;
+}
+
+} // namespace
+
+std::string simulation_preset(const Options& options) {
+    const std::string word =
+        one_preset(options, [](const std::string& w) { return w == "preview" || w == "accurate"; });
+    const bool is_standard = std::ranges::find(options.presets, "standard") != options.presets.end();
+    return word.empty() && is_standard ? "standard" : word;
+}
+
+sim::SceneDef load_with_preset(const Options& options, const std::string& input) {
+    const std::vector<std::string> changes = overrides_of(options);
+    sim::SceneDef scene = sim::load_scene(input, changes);
+    const std::string word = simulation_preset(options);
+    if (!word.empty()) {
+        // From the file's own settings, not from those given by --set, which come last and hold.
+        std::vector<std::string> all =
+            study::preset_overrides(sim::load_scene(input), *study::find_preset(word));
+        all.insert(all.end(), changes.begin(), changes.end());
+        scene = sim::load_scene(input, all);
+    }
+    return scene;
+}
+
 std::vector<std::string> overrides_of(const Options& options) {
     std::vector<std::string> overrides = options.assignments;
-    if (!options.preset.empty()) {
-        overrides.push_back(fmt::format("output.preset=\"{}\"", options.preset));
+    if (const std::string preset = picture_preset(options); !preset.empty()) {
+        overrides.push_back(fmt::format("output.preset=\"{}\"", preset));
     }
     if (!options.size.empty()) {
         constexpr const char* expected = "width and height in pixels such as 1280x720";

@@ -18,7 +18,7 @@ struct Options {
     std::vector<std::string> inputs;      ///< scene files, or one trajectory
     std::string out;                      ///< folder; empty: the verb's own default
     std::string size;                     ///< "WxH" [px]
-    std::string preset;                   ///< draft, standard, final
+    std::vector<std::string> presets;     ///< words: preview, standard, accurate; draft, standard, final
     std::string fps;                      ///< [1/s] number or fraction
     std::string duration;                 ///< [s]
     std::string time_step;                ///< [s]
@@ -68,6 +68,12 @@ render::StillsSettings stills_of(const Options& options);
 
 /// The changes as assignments to scene keys, in the order --set, then the others. Throws Error (usage).
 std::vector<std::string> overrides_of(const Options& options);
+
+/// A scene file with all changes, and with the simulation's preset below them. Throws Error as load_scene does.
+sim::SceneDef load_with_preset(const Options& options, const std::string& input);
+
+/// The preset of the simulation that was asked for by name; empty if none was. Throws Error (usage).
+std::string simulation_preset(const Options& options);
 
 /// Threads to simulate with, >= 1.
 int thread_count(const Options& options);

@@ -7,13 +7,17 @@
 #include "render/gl_context.h"
 #include "render/shader.h"
 #include "sim/error.h"
-#include "sim/scene_file.h"
+#include "sim/scene_study.h"
+#include "study/law.h"
+#include "study/preset.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <set>
 #include <utility>
@@ -31,6 +35,44 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* trajectory_name = "trajectory.h5";
 constexpr const char* summary_name = "summary.json";
 
+/// What the preset of a run promised and what was reached.
+sim::PresetResult preset_result(const sim::SceneDef& scene, const Simulation& simulation, const Options& options) {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    const auto preset = study::find_preset(simulation_preset(options));
+    if (!preset) {
+        return {};
+    }
+    const auto index = static_cast<std::size_t>(*preset);
+    sim::PresetResult result{study::preset_names[index], unknown, unknown, unknown, unknown};
+    const sim::StudyDef def = sim::study_of(scene);
+    if (!def.promises.empty()) {
+        result.error = def.promises[index].x();
+        result.cost = def.promises[index].y();
+    }
+    const double time = simulation.summary().simulated_time;
+    if (time > 0.0) {
+        result.cost_reached = simulation.processor_time() / time;
+    }
+    if (!simulation.law_states().empty()) {
+        std::vector<double> times;
+        for (const sim::Snapshot& state : simulation.law_states()) {
+            times.push_back(state.time);
+        }
+        const study::Motion truth = study::law_motion(scene, def.law, times);
+        result.error_reached = study::difference(scene, {simulation.law_states()}, truth).rms;
+    }
+    return result;
+}
+
+std::string preset_line(const sim::SceneDef& scene, const sim::Summary& summary) {
+    const auto figure = [](double value) { return std::isfinite(value) ? fmt::format("{:.2g}", value) : "-"; };
+    const sim::PresetResult& result = summary.preset;
+    return fmt::format("{}: preset {}: error {} (promised {}), {} s a simulated second ({}), overlap {} m ({})\n",
+                       scene.name, result.preset, figure(result.error_reached), figure(result.error),
+                       figure(result.cost_reached), figure(result.cost), figure(summary.totals.max_penetration),
+                       figure(scene.step.tolerance));
+}
+
 void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool has_pictures,
                   const fs::path& folder) {
     const sim::StepTotals& totals = summary.totals;
@@ -47,6 +89,9 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
                         summary.start.kinetic_energy + summary.start.potential_energy,
                         summary.end.kinetic_energy + summary.end.potential_energy, summary.state_hash,
                         folder.string());
+    if (!summary.preset.preset.empty()) {
+        line += preset_line(scene, summary);
+    }
     std::fputs(line.c_str(), stdout);
     std::fflush(stdout);
 }
@@ -127,6 +172,7 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
 
     sim::Summary summary = simulation.summary();
     summary.threads = thread_count(options);
+    summary.preset = preset_result(scene, simulation, options);
     summary.files.push_back(sim::describe_file(folder, trajectory_name));
     if (has_png) {
         summary.files.push_back(sim::describe_file(folder, run_record_name));
@@ -159,12 +205,11 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
 void run_all(const Options& options, bool has_pictures) {
     render::configure_gl(options.is_portable);
     // All are read before the first is run: a mistake in the last one shows at once.
-    const std::vector<std::string> overrides = overrides_of(options);
     const fs::path out = options.out.empty() ? "out" : options.out;
     std::vector<sim::SceneDef> scenes;
     std::set<std::string> names;
     for (const std::string& input : options.inputs) {
-        scenes.push_back(sim::load_scene(input, overrides));
+        scenes.push_back(load_with_preset(options, input));
         if (!names.insert(scenes.back().name).second) {
             throw Error(ExitCode::usage,
                         fmt::format("{}: a second scene with the name '{}' would write into {}", input,

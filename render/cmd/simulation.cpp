@@ -1,9 +1,23 @@
 #include "render/cmd/simulation.h"
 
+#include "sim/scene_study.h"
+
+#include <ctime>
 #include <memory>
 #include <utility>
 
 namespace cmd {
+
+namespace {
+
+/// Processor time of this thread [s].
+double thread_time() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+} // namespace
 
 std::int64_t frame_count_of(const sim::SceneDef& scene) {
     return sim::frame_count(scene.output.duration, scene.output.fps);
@@ -15,7 +29,8 @@ std::int64_t step_count_of(const sim::SceneDef& scene) {
 
 Simulation::Simulation(const sim::SceneDef& scene, sim::World world, render::Film* film)
     : scene_(scene), world_(std::move(world)), film_(film), frames_{0, frame_count_of(scene)},
-      last_step_(step_count_of(scene)), contacts_(sim::contacts_shown(scene)) {}
+      last_step_(step_count_of(scene)), contacts_(sim::contacts_shown(scene)),
+      has_law_(sim::study_of(scene).law != sim::Law::none) {}
 
 void Simulation::restrict_to(const FrameRange& frames) {
     frames_ = frames;
@@ -31,7 +46,9 @@ void Simulation::advance(const render::ThreadGroup& threads) {
         if (threads.is_stopping()) {
             return;
         }
+        const double before = thread_time();
         summary_.totals.add(world_.step());
+        processor_time_ += thread_time() - before;
         ++steps_done_;
         if (!record_state()) {
             return;
@@ -61,6 +78,9 @@ bool Simulation::record_state() {
         return true;
     }
     const auto snapshot = std::make_shared<const sim::Snapshot>(world_.take_snapshot(contacts_));
+    if (has_law_ && is_frame_now()) {
+        law_states_.push_back(*snapshot);
+    }
     if (is_record && trajectory_) {
         trajectory_->append(*snapshot);
     }

@@ -35,6 +35,10 @@ public:
     std::int64_t last_step() const { return last_step_; }
     /// Once advance() has returned.
     const sim::Summary& summary() const { return summary_; }
+    /// [s] Processor time of the thread that advances.
+    double processor_time() const { return processor_time_; }
+    /// The states that the frames show, of a scene that names a law: at its instants error is measured.
+    const std::vector<sim::Snapshot>& law_states() const { return law_states_; }
 
 private:
     /// Hands the present state to trajectory and film, where it is one of theirs. False once the film stops.
@@ -47,8 +51,11 @@ private:
     FrameRange frames_;
     std::int64_t last_step_;
     sim::ContactDetail contacts_; ///< that the pictures show
+    bool has_law_ = false;
     std::int64_t next_frame_ = 0;
     sim::Summary summary_;
+    std::vector<sim::Snapshot> law_states_;
+    double processor_time_ = 0.0;
     std::atomic<std::int64_t> steps_done_ = 0;
 };
 

@@ -5,10 +5,12 @@
 #include "render/cmd/guard.h"
 #include "render/cmd/manual.h"
 #include "render/cmd/options.h"
+#include "render/cmd/study.h"
 #include "sim/error.h"
 
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <cstdio>
 #include <string>
 
@@ -106,6 +108,10 @@ int run_program(int argc, char** argv) {
         cmd::check_scenes);
     add_other_verbs(app, options);
 
+    cmd::StudyOptions study;
+    CLI::App* study_verb = app.add_subcommand("study", "What settings of a scene cost and how wrong they are");
+    cmd::add_study_options(*study_verb, study);
+    study_verb->final_callback([&study] { cmd::study_scenes(study, std::array{study::our_engine()}); });
     cmd::CompareOptions comparison;
     int code = static_cast<int>(ExitCode::good);
     CLI::App* compare = app.add_subcommand("compare", "Two pictures, folders of frames, films or runs");

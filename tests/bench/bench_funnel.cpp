@@ -186,9 +186,9 @@ Run make_run(const std::string& name, const sim::SceneDef& scene, int check_ever
         run.engine = bench::make_ours(scene);
         run.check_every = 1;
     } else if (kind == "bullet") {
-        run.engine = bench::make_bullet(scene, iterations);
+        run.engine = bench::make_bullet(scene, {.iterations = iterations});
     } else if (kind == "ode") {
-        run.engine = bench::make_ode(scene, iterations);
+        run.engine = bench::make_ode(scene, {.iterations = iterations});
     } else {
         throw sim::Error(sim::ExitCode::usage, "unknown engine " + name);
     }

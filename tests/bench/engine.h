@@ -1,6 +1,7 @@
 #pragma once
-/// What the funnel benchmark needs of a physics engine: ours and its peers behind one small struct.
+/// What benchmarks and studies need of a physics engine: ours and its peers behind one small struct.
 #include "sim/scene_def.h"
+#include "sim/snapshot.h"
 #include "tests/laws/reference/overlap.h"
 
 #include <functional>
@@ -26,19 +27,26 @@ struct Engine {
     std::function<StepCounts()> counts; ///< of the last step; not timed
     std::function<std::vector<reference::Placement>()> placements;
     std::function<std::string()> state_hash; ///< empty where the engine has none
+    std::function<std::vector<sim::BodySnapshot>()> bodies; ///< poses and velocities; peers only
 };
 
-/// iterations: sweeps of the engine's solver. Restitution and friction are those of the scene as combined for
-/// a pair of its bodies: all bodies of the scene must agree on them.
-Engine make_ours(const sim::SceneDef& scene);
-Engine make_bullet(const sim::SceneDef& scene, int iterations);
-Engine make_ode(const sim::SceneDef& scene, int iterations);
+struct PeerSettings {
+    int iterations = 10;       ///< sweeps of the solver
+    bool warm_start = true;    ///< Bullet: start from the last impulses
+    bool solves_exactly = false; ///< ODE: the direct solver (dWorldStep) instead of sweeps
+};
 
-/// Restitution and friction of every pair of the scene. Throws sim::Error (usage) if bodies differ.
+Engine make_ours(const sim::SceneDef& scene);
+/// Both throw sim::Error (usage) for a shape or a mass that the engine has no like of.
+Engine make_bullet(const sim::SceneDef& scene, const PeerSettings& settings);
+Engine make_ode(const sim::SceneDef& scene, const PeerSettings& settings);
+
+/// Restitution and friction of two bodies of a scene, as ours combines them; friction: the dynamic one, for the
+/// peers have one coefficient.
 struct Surface {
     double restitution = 0.0;
     double friction = 0.0;
 };
-Surface common_surface(const sim::SceneDef& scene);
+Surface surface_of(const sim::MaterialDef& a, const sim::MaterialDef& b);
 
 } // namespace bench

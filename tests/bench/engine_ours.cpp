@@ -1,24 +1,19 @@
 #include "tests/bench/engine.h"
 
-#include "sim/error.h"
 #include "sim/world.h"
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 
 namespace bench {
 
-Surface common_surface(const sim::SceneDef& scene) {
-    const sim::MaterialDef& first = scene.bodies.at(0).material;
-    for (const sim::BodyDef& body : scene.bodies) {
-        if (body.material.restitution != first.restitution || body.material.mu_s != first.mu_s ||
-            body.material.mu_d != first.mu_s) {
-            throw sim::Error(sim::ExitCode::usage, "the benchmark needs one surface for all bodies; '" +
-                                                       body.name + "' has another");
-        }
-    }
-    return {first.restitution.value_or(0.0), first.mu_s.value_or(0.0)};
+Surface surface_of(const sim::MaterialDef& a, const sim::MaterialDef& b) {
+    const auto mean = [](const std::optional<double>& x, const std::optional<double>& y) {
+        return x && y ? std::sqrt(*x * *y) : x.value_or(y.value_or(0.0));
+    };
+    return {mean(a.restitution, b.restitution), mean(a.mu_d, b.mu_d)};
 }
 
 Engine make_ours(const sim::SceneDef& scene) {

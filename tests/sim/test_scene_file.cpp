@@ -121,6 +121,7 @@ Company company_of(const std::string& key) {
         {"keys", {{}, {"eye", "target"}}},
         {"period", {{{"kind", "'orbit'"}}, {}}},
         {"color_range", {{{"color_by", "'speed'"}}, {}}},
+        {"gate_height", {{{"seed_key", "'lattice.x.seed'"}}, {}}},
     };
     const auto found = companies.find(key);
     return found == companies.end() ? Company{} : found->second;
@@ -155,7 +156,7 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     if (path == "lattice.body") {
         return "[[lattice]]\nname = 'x'\ncount = [1, 1, 1]\nspacing = [1, 1, 1]\n[lattice.body]\n" + table;
     }
-    const bool is_single = path == "simulation" || path == "output" || path == "light" || path == "overlay";
+    const bool is_single = std::set<std::string>{"simulation", "output", "light", "overlay", "study"}.contains(path);
     const std::string header = path.empty() ? "" : is_single ? "[" + path + "]\n" : "[[" + path + "]]\n";
     return (path == "joint" || path == "plot" ? ball : "") + header + table;
 }

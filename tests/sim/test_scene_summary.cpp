@@ -19,7 +19,12 @@ TEST(scene_summary, tells_what_the_funnel_contains) {
   trajectory  one record a frame
   gravity     0 0 -9.81 m/s^2
   tolerances  0.0001 m contact, 1e-10 m joint, 0.05 m/s impact, at most 200 sweeps
-  model       restitution 0.48, friction 0.1, contacts placed ahead of impacts, warm start, no shock propagation
+  model       contacts: 1000 moving bodies, 1005 in all
+              restitution: 0.48
+              friction: 0.1
+              contacts ahead of impacts: simulation.impacts is "ahead"
+              warm start: simulation.warm_start is true
+  not used    joints, support points (libccd), compounds, gyroscopic term, stop at impacts, shock propagation
   cameras     'main' (3 keys), 'top' (fixed), 'orbit' (orbit in 24 s)
   set         output.fps=24000/1001
 )");
@@ -75,7 +80,12 @@ target = [0, 0, 0]
   trajectory  one record every 5 steps
   gravity     0 0 -9.81 m/s^2
   tolerances  0.0001 m contact, 1e-10 m joint, 1e-07 m/s impact, at most 2000 sweeps
-  model       no rebound, friction static 0.2 to 0.4, dynamic 0.1 to 0.3, stops at the time of impact, no warm start, shock propagation after 10 sweeps, joints
+  model       contacts: 2 moving bodies, 2 in all
+              friction: static 0.2 to 0.4, dynamic 0.1 to 0.3
+              joints: 1 ball
+              stop at impacts: simulation.impacts is "stop"
+              shock propagation: simulation.shock_propagation is true; after 10 sweeps
+  not used    restitution, support points (libccd), compounds, gyroscopic term, contacts ahead of impacts, warm start
   cameras     'a' (orbit in 20 s), 'b' (follows a body, chosen)
 )");
 }

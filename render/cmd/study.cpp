@@ -1,0 +1,285 @@
+/// tumble study: the points of a sweep in processes of their own, then tables, diagram, film and page.
+#include "render/cmd/study.h"
+
+#include "render/cmd/study_crew.h"
+#include "render/cmd/study_film.h"
+#include "render/cmd/study_page.h"
+#include "render/cmd/workplace.h"
+#include "sim/error.h"
+#include "sim/file_io.h"
+#include "sim/trajectory.h"
+#include "study/law.h"
+#include "study/table.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+namespace cmd {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// One scene under study.
+struct Study {
+    const StudyOptions& options;
+    std::span<const study::EngineKind> engines;
+    study::Plan plan;
+    fs::path folder{};
+    std::string program{};                   ///< hash of this program: another one computes anew
+    std::vector<study::Motion> references{}; ///< a seed each
+    std::vector<study::Point> reference_points{};
+    std::vector<study::Point> points{};
+};
+
+/// What a point was computed from: if it is the same, so is the point.
+std::string key_of(const Study& study, const study::Task& task) {
+    const study::Plan& plan = study.plan;
+    std::string key = fmt::format("{}\n{}\n{} {} {}\n{}\n{}\n", study.program, plan.scene.text, task.engine,
+                                  study::fraction_text(plan.spacing), plan.count, task.setting.variant,
+                                  fmt::join(task.overrides, "\n"));
+    if (!plan.references.empty()) {
+        key += fmt::format("{}", fmt::join(plan.references.front().overrides, "\n"));
+    }
+    return key;
+}
+
+fs::path point_path(const Study& study, const study::Task& task) {
+    return study.folder / "points" / (task.name + ".json");
+}
+
+fs::path motion_path(const Study& study, const study::Task& task) {
+    return study.folder / "points" / (task.name + ".h5");
+}
+
+/// The point, if it is there and is not one that a larger limit may bring to its end.
+std::optional<study::Point> kept_point(const Study& study, const study::Task& task) {
+    const fs::path path = point_path(study, task);
+    if (!fs::exists(path)) {
+        return std::nullopt;
+    }
+    const auto point = study::point_from_json(sim::read_text_file(path), key_of(study, task));
+    const bool may_end = point && point->status == study::Status::too_dear && point->cpu < study.options.limit;
+    return may_end ? std::nullopt : point;
+}
+
+void write_point(const Study& study, const study::Task& task, const study::Point& point) {
+    sim::write_file(point_path(study, task), study::point_to_json(point, key_of(study, task)));
+}
+
+void write_motion(const Study& study, const study::Task& task, const study::Motion& motion) {
+    sim::TrajectoryWriter file(motion_path(study, task), study.plan.scene);
+    for (const sim::Snapshot& state : motion.states) {
+        file.append(state);
+    }
+    file.finish();
+}
+
+study::Motion read_motion(const Study& study, const study::Task& task) {
+    const sim::TrajectoryReader file(motion_path(study, task));
+    study::Motion motion;
+    for (std::size_t k = 0; k < file.steps().size(); ++k) {
+        motion.states.push_back(file.read(k));
+    }
+    return motion;
+}
+
+/// The work of a task: computes its point and writes it, a reference's motion too.
+Job job_of(const Study& study, const study::Task& task, const study::Motion* reference) {
+    Job job{.name = task.name, .steps = task.steps};
+    job.work = [&study, &task, reference](std::atomic<std::int64_t>& steps_done) {
+        study::Motion motion;
+        const auto engine = static_cast<std::size_t>(task.engine);
+        const study::Point point =
+            study::run_task(study.plan, task, study.engines[engine], reference, motion, steps_done);
+        if (reference == nullptr && point.status == study::Status::done) {
+            write_motion(study, task, motion);
+        }
+        write_point(study, task, point);
+    };
+    job.on_failure = [&study, &task](bool is_too_dear, const std::string& reason) {
+        study::Point point;
+        point.status = is_too_dear ? study::Status::too_dear : study::Status::stopped;
+        point.cpu = study.options.limit;
+        point.message = reason;
+        write_point(study, task, point);
+    };
+    return job;
+}
+
+CrewSettings crew_settings(const Study& study, const std::string& what) {
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    return {.label = study.plan.scene.name + ", " + what,
+            .processes = study.options.jobs > 0 ? study.options.jobs : cores,
+            .limit = study.options.limit,
+            .is_quiet = study.options.is_quiet};
+}
+
+/// Computes what is missing of `tasks` and reads all of it.
+std::vector<study::Point> points_of(const Study& study, const std::vector<study::Task>& tasks,
+                                    const std::string& what) {
+    std::vector<Job> jobs;
+    for (const study::Task& task : tasks) {
+        if (!kept_point(study, task)) {
+            const auto seed = static_cast<std::size_t>(task.seed);
+            jobs.push_back(job_of(study, task, study.references.empty() ? nullptr : &study.references[seed]));
+        }
+    }
+    // The dearest first: none is left to run alone at the end.
+    std::stable_sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) { return a.steps > b.steps; });
+    run_jobs(jobs, crew_settings(study, what));
+    std::vector<study::Point> points;
+    for (const study::Task& task : tasks) {
+        const auto point =
+            study::point_from_json(sim::read_text_file(point_path(study, task)), key_of(study, task));
+        CHECK(point.has_value());
+        points.push_back(*point);
+    }
+    return points;
+}
+
+void find_references(Study& study) {
+    const study::Plan& plan = study.plan;
+    if (plan.references.empty()) {
+        study.references.push_back(study::law_motion(plan.scene, plan.def.law, plan.times()));
+        return;
+    }
+    study.reference_points = points_of(study, plan.references, "the converged solution");
+    for (std::size_t i = 0; i < plan.references.size(); ++i) {
+        const study::Point& point = study.reference_points[i];
+        if (point.status != study::Status::done) {
+            throw sim::Error(sim::ExitCode::stopped,
+                             fmt::format("{}: there is no converged solution to hold the points against: {}",
+                                         plan.scene.name, point.message));
+        }
+        study.references.push_back(read_motion(study, plan.references[i]));
+    }
+}
+
+void make_film(const Study& study, const study::Table& table) {
+    const std::vector<Panel> panels = choose_panels(study.plan, table);
+    const fs::path folder = study.folder / "film";
+    fs::remove_all(folder);
+    std::vector<Job> jobs;
+    for (const Panel& panel : panels) {
+        const study::Task& task =
+            study.plan.tasks[static_cast<std::size_t>(table.rows[static_cast<std::size_t>(panel.row)].task)];
+        Job job{.name = panel.name, .steps = task.steps};
+        job.work = [&study, &task, path = folder / panel.name](std::atomic<std::int64_t>& steps_done) {
+            draw_panel(study.plan, task, study.engines[static_cast<std::size_t>(task.engine)], path, steps_done);
+        };
+        job.on_failure = [name = panel.name](bool, const std::string& reason) {
+            throw sim::Error(sim::ExitCode::stopped, fmt::format("the film of {} was not made: {}", name, reason));
+        };
+        jobs.push_back(std::move(job));
+    }
+    CrewSettings settings = crew_settings(study, "film");
+    settings.limit = 10 * study.options.limit; // drawing comes on top
+    run_jobs(jobs, settings);
+    join_panels(study.plan, panels, folder);
+    for (const Panel& panel : panels) {
+        fs::remove_all(folder / panel.name);
+    }
+}
+
+void print_front(const study::Plan& plan, const study::Table& table, const fs::path& folder) {
+    std::vector<study::Row> front;
+    std::copy_if(table.rows.begin(), table.rows.end(), std::back_inserter(front),
+                 [](const study::Row& row) { return row.is_on_front; });
+    std::sort(front.begin(), front.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
+    std::printf("%s: %zu points, %zu on the front; in %s\n", plan.scene.name.c_str(), table.rows.size(),
+                front.size(), folder.c_str());
+    for (const study::Row& row : front) {
+        std::fputs(fmt::format("  {:>9.3g} s/s  error {:>8.2g}{}  {} {} {}\n", row.cost, row.error,
+                               plan.is_statistical() ? "" : " m", row.engine,
+                               row.knob.empty() ? "as given:" : row.knob, row.value)
+                       .c_str(),
+                   stdout);
+    }
+    if (table.noise > 0.0) {
+        std::printf("  errors below %.2g are within the spread of a mean over %d seeds\n", table.noise, plan.seeds);
+    }
+}
+
+void study_scene(const StudyOptions& options, std::span<const study::EngineKind> engines, const std::string& scene) {
+    study::Request request = options.request;
+    request.scene = scene;
+    if (!options.duration.empty()) {
+        request.overrides.push_back("output.duration=\"" + options.duration + "\"");
+    }
+    Study study{.options = options, .engines = engines, .plan = study::make_plan(request, engines)};
+    study.folder = fs::path(options.out.empty() ? "out/study" : options.out) / study.plan.scene.name;
+    study.program = sim::sha256_of_file("/proc/self/exe");
+    const Workplace workplace(study.folder);
+    fs::create_directories(study.folder / "points");
+    find_references(study);
+    study.points = points_of(study, study.plan.tasks, "points");
+    const study::Table table =
+        study::make_table(study.plan, engines, study.points, study.reference_points);
+    if (std::none_of(table.rows.begin(), table.rows.end(),
+                     [](const study::Row& row) { return row.status == study::Status::done; })) {
+        throw sim::Error(sim::ExitCode::stopped, fmt::format("{}: no point was done: {}", study.plan.scene.name,
+                                                             table.rows.front().message));
+    }
+    sim::write_file(study.folder / "study.csv", study::table_csv(study.plan, table));
+    if (study.plan.is_statistical()) {
+        sim::write_file(study.folder / "statistics.csv",
+                        study::statistics_csv(study.plan, engines, study.points, study.reference_points));
+    }
+    for (const char* name : {"diagram.svg", "diagram.png", "statistics.svg", "statistics.png"}) {
+        workplace.remove_file(name); // of an earlier study
+    }
+    bool is_drawn = study::draw_diagram(study.plan, table, study.folder);
+    if (is_drawn && study.plan.is_statistical()) {
+        is_drawn =
+            study::draw_statistics(study.plan, table, study.points, study.reference_points, study.folder);
+    }
+    if (!is_drawn) {
+        std::fputs("tumble: no diagram: gnuplot is not installed; diagram.gp draws it where it is\n", stderr);
+    }
+    if (options.has_films) {
+        make_film(study, table);
+    }
+    write_study_page(study.plan, table, study.folder);
+    if (!options.is_quiet) {
+        print_front(study.plan, table, study.folder);
+    }
+}
+
+} // namespace
+
+void add_study_options(CLI::App& verb, StudyOptions& options) {
+    verb.add_option("SCENE", options.scenes, "Scene files (TOML)")->required()->type_name("");
+    verb.add_option("--out", options.out, "Folder for the results; out/study if not given")->type_name("DIR");
+    verb.add_option("--knobs", options.request.knobs, "Only these, such as \"time step,tolerance\"; all if not given")
+        ->type_name("NAMES")
+        ->delimiter(',')
+        ->allow_extra_args(false);
+    verb.add_option("--seeds", options.request.seeds, "Runs a point, of scenes with study.seed_key")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
+    verb.add_option("--duration", options.duration, "Length of the motion [s]")->type_name("S");
+    verb.add_option("--jobs", options.jobs, "Points at a time; one a core if not given")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1024));
+    verb.add_option("--limit", options.limit, "Processor time of a point [s]; beyond it, it is left out")
+        ->type_name("S")
+        ->check(CLI::Range(1, 1000000));
+    verb.add_option("--set", options.request.overrides, "Sets any key of the scene, for all points")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+    verb.add_flag("!--no-film", options.has_films, "No film of points side by side");
+    verb.add_flag("--quiet", options.is_quiet, "Only errors are printed");
+}
+
+void study_scenes(const StudyOptions& options, std::span<const study::EngineKind> engines) {
+    for (const std::string& scene : options.scenes) {
+        study_scene(options, engines, scene);
+    }
+}
+
+} // namespace cmd

@@ -1,0 +1,146 @@
+#include "render/cmd/study_film.h"
+
+#include "render/canvas.h"
+#include "render/film.h"
+#include "render/text.h"
+#include "render/thread_group.h"
+#include "render/video_writer.h"
+#include "sim/scene_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+namespace cmd {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int panel_width = 480, panel_height = 270; // [px]
+constexpr int film_fps = 30;
+constexpr std::size_t most_panels = 4;
+
+std::vector<std::string> labels_of(const study::Plan& plan, const study::Row& row) {
+    return {fmt::format("{}: {}{}", row.engine, row.knob.empty() ? "" : row.knob + " ", row.value),
+            fmt::format("{:.3g} s a second, error {:.2g}{}, overlap {:.1g} m", row.cost, row.error,
+                        plan.is_statistical() ? "" : " m", row.overlap)};
+}
+
+/// The scene of a task as the panel shows it.
+sim::SceneDef panel_scene(const study::Plan& plan, const study::Task& task) {
+    std::vector<std::string> overrides = task.overrides;
+    for (const std::string& more :
+         {fmt::format("output.width={}", panel_width), fmt::format("output.height={}", panel_height),
+          fmt::format("output.fps={}", film_fps), std::string("overlay.show=[]")}) {
+        overrides.push_back(more);
+    }
+    return sim::load_scene(plan.scene_file, overrides);
+}
+
+std::int64_t frames_of(const sim::SceneDef& scene) {
+    return sim::frame_count(scene.output.duration, scene.output.fps);
+}
+
+void label(render::Image& picture, const Panel& panel, render::Font& font) {
+    constexpr float size = 15.0F, margin = 8.0F;
+    render::Canvas canvas(picture);
+    float y = margin;
+    for (const std::string& line : panel.labels) {
+        const glm::vec2 lower(margin - 3.0F, y - 2.0F);
+        canvas.panel(lower, lower + glm::vec2(font.width(line, size) + 6.0F, size + 4.0F), 3.0F,
+                     {glm::vec3(0.0F), 0.55F});
+        font.draw(canvas, {margin, y + 0.8F * size}, size, line, {});
+        y += size + 6.0F;
+    }
+}
+
+void paste(const render::Image& from, int left, int top, render::Image& to) {
+    for (int y = 0; y < from.height; ++y) {
+        std::copy_n(from.rgb.begin() + static_cast<std::ptrdiff_t>(y) * from.width * 3, from.width * 3,
+                    to.rgb.begin() + (static_cast<std::ptrdiff_t>(top + y) * to.width + left) * 3);
+    }
+}
+
+} // namespace
+
+std::vector<Panel> choose_panels(const study::Plan& plan, const study::Table& table) {
+    int cheapest = -1, best = -1;
+    std::vector<int> chosen;
+    for (int i = 0; i < static_cast<int>(table.rows.size()); ++i) {
+        const study::Row& row = table.rows[static_cast<std::size_t>(i)];
+        if (row.status != study::Status::done) {
+            continue;
+        }
+        if (row.knob.empty()) {
+            chosen.push_back(i);
+        } else if (row.engine == table.rows.front().engine && row.is_on_front) {
+            const auto at = [&](int k) -> const study::Row& { return table.rows[static_cast<std::size_t>(k)]; };
+            cheapest = cheapest < 0 || row.cost < at(cheapest).cost ? i : cheapest;
+            best = best < 0 || row.error < at(best).error ? i : best;
+        }
+    }
+    for (const int extra : {cheapest, best}) {
+        if (extra >= 0 && std::find(chosen.begin(), chosen.end(), extra) == chosen.end()) {
+            chosen.push_back(extra);
+        }
+    }
+    chosen.resize(std::min(chosen.size(), most_panels));
+    std::vector<Panel> panels;
+    for (const int i : chosen) {
+        const study::Row& row = table.rows[static_cast<std::size_t>(i)];
+        panels.push_back({i, plan.tasks[static_cast<std::size_t>(row.task)].name, labels_of(plan, row)});
+    }
+    return panels;
+}
+
+void draw_panel(const study::Plan& plan, const study::Task& task, const study::EngineKind& engine,
+                const fs::path& folder, std::atomic<std::int64_t>& steps_done) {
+    const sim::SceneDef scene = panel_scene(plan, task);
+    study::Engine world = engine.make(scene, task.setting.variant);
+    fs::create_directories(folder / "frames");
+    render::Film film(scene, {.folder = folder, .write_video = false});
+    render::ThreadGroup threads; // ends before what its threads use
+    film.start(threads);
+    threads.start([&] {
+        std::int64_t step = 0;
+        for (std::int64_t k = 0; k < frames_of(scene); ++k) {
+            const std::int64_t wanted = sim::step_of_frame(k, scene.output.fps, scene.step.time_step);
+            for (; step < wanted; ++step) {
+                world.step();
+                ++steps_done;
+            }
+            if (!film.add(k, std::make_shared<const sim::Snapshot>(world.snapshot()))) {
+                return;
+            }
+        }
+        film.close();
+    });
+    threads.join();
+}
+
+void join_panels(const study::Plan& plan, std::span<const Panel> panels, const fs::path& folder) {
+    const int columns = panels.size() > 1 ? 2 : 1;
+    const int rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
+    const std::int64_t frames = sim::frame_count(plan.scene.output.duration, {film_fps, 1});
+    render::VideoSettings settings = render::video_settings(plan.scene);
+    settings.fps = {film_fps, 1};
+    settings.crf = 23; // a page holds the film
+    render::VideoWriter video(folder / "film.mp4", columns * panel_width, rows * panel_height, settings);
+    render::Font font;
+    for (std::int64_t k = 0; k < frames; ++k) {
+        render::Image whole(columns * panel_width, rows * panel_height);
+        for (std::size_t i = 0; i < panels.size(); ++i) {
+            render::Image picture = render::read_image(folder / panels[i].name / render::frame_file_name(k));
+            label(picture, panels[i], font);
+            const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
+            paste(picture, column * panel_width, row * panel_height, whole);
+        }
+        video.add(whole);
+    }
+    video.finish();
+}
+
+} // namespace cmd

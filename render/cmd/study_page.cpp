@@ -1,0 +1,104 @@
+#include "render/cmd/study_page.h"
+
+#include "render/compare/page.h"
+#include "sim/file_io.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+
+namespace cmd {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// RFC 4648.
+std::string base64(const std::string& bytes) {
+    constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        std::uint32_t bits = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+        }
+        for (std::size_t k = 0; k < 4; ++k) {
+            text += i + k <= bytes.size() ? digits[bits >> (18 - 6 * k) & 63U] : '=';
+        }
+    }
+    return text;
+}
+
+/// An SVG file without its XML declaration, for the inside of a page.
+std::string inline_svg(const fs::path& path) {
+    if (!fs::exists(path)) {
+        return {};
+    }
+    const std::string text = sim::read_text_file(path);
+    const std::size_t begin = text.find("<svg");
+    return begin == std::string::npos ? std::string() : "<figure>" + text.substr(begin) + "</figure>\n";
+}
+
+std::string cell(const std::string& text) {
+    return "<td>" + diff::escape_html(text) + "</td>";
+}
+
+std::string number(double value) {
+    return fmt::format("<td class=\"number\">{:.3g}</td>", value);
+}
+
+std::string row_html(const study::Plan& plan, const study::Row& row) {
+    std::string html = fmt::format("<tr{}>", row.is_on_front ? " class=\"front\"" : "");
+    html += cell(row.engine) + cell(row.knob.empty() ? "as given" : row.knob) + cell(row.value);
+    if (row.status != study::Status::done) {
+        return html + fmt::format("<td colspan=\"9\">{}: {}</td></tr>\n",
+                                  study::status_names[static_cast<int>(row.status)],
+                                  diff::escape_html(row.message));
+    }
+    for (const double value : {row.cost, row.error, plan.is_statistical() ? row.agree_until : row.largest,
+                               row.overlap, row.energy, row.iterations, row.contacts, row.collisions,
+                               100.0 * row.at_limit}) {
+        html += number(value);
+    }
+    return html + "</tr>\n";
+}
+
+std::string film_html(const fs::path& film) {
+    if (!fs::exists(film)) {
+        return {};
+    }
+    return "<h2>The same seconds</h2>\n<video controls loop muted src=\"data:video/mp4;base64," +
+           base64(sim::read_text_file(film)) + "\"></video>\n";
+}
+
+std::string truth_of(const study::Plan& plan) {
+    if (plan.references.empty()) {
+        return "the closed form of its motion";
+    }
+    const std::string runs = plan.seeds > 1 ? fmt::format(", means over {} seeds", plan.seeds) : "";
+    return "a converged solution: " + plan.references.front().setting.value + runs;
+}
+
+} // namespace
+
+void write_study_page(const study::Plan& plan, const study::Table& table, const fs::path& folder) {
+    std::string rows;
+    for (const study::Row& row : table.rows) {
+        rows += row_html(plan, row);
+    }
+    const std::string page = diff::fill_page(
+        "study.html",
+        {{"title", diff::escape_html(plan.scene.name + ": error against cost")},
+         {"subtitle", diff::escape_html(fmt::format("{}. {:.6g} s, held against {}.", plan.scene.title,
+                                                    plan.duration(), truth_of(plan)))},
+         {"diagram", inline_svg(folder / "diagram.svg") + inline_svg(folder / "statistics.svg")},
+         {"film", film_html(folder / "film" / "film.mp4")},
+         {"error_unit", plan.is_statistical() ? "-" : "m"},
+         {"fourth", plan.is_statistical() ? "agrees until [s]" : "largest [m]"},
+         {"rows", rows},
+         {"program", "tumble " TUMBLE_VERSION}});
+    sim::write_file(folder / "index.html", page);
+}
+
+} // namespace cmd

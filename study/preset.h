@@ -1,0 +1,27 @@
+#pragma once
+/// Settings of a simulation that trade accuracy for speed together, chosen from the studies.
+#include "sim/scene_def.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace study {
+
+/// preview: four times the scene's time step and ten times its tolerances. standard: the scene's own settings.
+/// accurate: a quarter of the time step, a tenth of the tolerances, and few bodies stop at their impacts: contacts
+/// placed ahead of them act up to a step early, which is then the largest error.
+enum class Preset { preview, standard, accurate };
+inline constexpr std::array<const char*, 3> preset_names{"preview", "standard", "accurate"};
+
+/// Moving bodies up to which `accurate` stops at impacts: each costs a solve of its own.
+inline constexpr int most_that_stop = 32;
+
+std::optional<Preset> find_preset(std::string_view name);
+
+/// What a preset sets of a scene: "dotted.key=value".
+std::vector<std::string> preset_overrides(const sim::SceneDef& scene, Preset preset);
+
+} // namespace study
