@@ -280,6 +280,25 @@ std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap&
     return has_differences;
 }
 
+/// Largest step of a channel from each pixel to the next one in x or y.
+void measure_steps(const Picture& picture, std::vector<std::uint8_t>& steps) {
+    const std::size_t n = row_bytes(picture);
+    const auto width = static_cast<std::size_t>(picture.width);
+    steps.resize(width * static_cast<std::size_t>(picture.height));
+    Bytes across(n);
+    Bytes down(n);
+    for (int y = 0; y < picture.height; ++y) {
+        absolute_difference(row_of(picture, y), row_of(picture, y + 1), n, down.data());
+        absolute_difference(row_of(picture, y), row_of(picture, y) + 3, n - 3, across.data());
+        std::uint8_t* larger = down.data();
+        Row other = across.data(); // of the last pixel: 0
+        for (std::size_t i = 0; i < n; ++i) {
+            larger[i] = greater(larger[i], other[i]);
+        }
+        largest_channel(larger, picture.width, steps.data() + width * static_cast<std::size_t>(y));
+    }
+}
+
 /// For each row whether one within `reach` is set.
 std::vector<bool> widened(const std::vector<bool>& rows, int reach) {
     std::vector<bool> wide(rows.size());
@@ -314,8 +333,10 @@ void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
     map.drift = {};
     const std::vector<bool> has_differences = measure_raw(a, b, map);
     if (map.largest <= rounding_levels) {
+        map.steps.assign(pixels, 0);
         return;
     }
+    measure_steps(a, map.steps);
 
     set_size(map.reference, a);
     set_size(map.candidate, b);

@@ -44,6 +44,7 @@ struct DifferenceMap {
     // Out of focus. Where rows hold no difference, nothing is computed, and all is 0.
     std::vector<std::uint8_t> smooth; ///< [height * width] [levels] largest difference of a channel
     std::vector<std::uint8_t> excess; ///< [height * width] [levels]
+    std::vector<std::uint8_t> steps;  ///< [height * width] [levels] in the reference, to the right or below; of all rows
     Picture reference;                ///< valid in the rows near differences
     Picture candidate;
     Drift drift;

@@ -19,6 +19,10 @@ constexpr int iterations = 5;
 constexpr double least_slope_ratio = 0.1;
 /// A fit that has left its start by this much [px] has not converged.
 constexpr double most_refinement = 3.0;
+/// A far shift [px] counts where the differences spread by at least this share of it along its direction: what has moved
+/// differs at its old and at its new place. A thin line that has grown paler is explained by taking it away, too.
+constexpr double far_shift = 1.5;
+constexpr double least_spread = 0.4;
 /// A shift that leaves more than this share of the differences may be a far one: whole shifts are tried.
 constexpr double far_rest = 0.5;
 
@@ -46,6 +50,22 @@ std::vector<Point> points_of(const Area& area, int width, int height, std::size_
         }
     }
     return points;
+}
+
+/// Standard deviation [px] of the differing pixels' places along a shift.
+double spread_along(const DifferenceMap& map, const std::vector<Point>& points, const Shift& u) {
+    double weight = 0.0, sum = 0.0, squares = 0.0;
+    for (const Point& p : points) {
+        const std::size_t pixel =
+            static_cast<std::size_t>(p.y) * static_cast<std::size_t>(map.width) + static_cast<std::size_t>(p.x);
+        const double w = map.smooth[pixel];
+        const double place = (u.x * p.x + u.y * p.y) / std::hypot(u.x, u.y);
+        weight += w;
+        sum += w * place;
+        squares += w * place * place;
+    }
+    const double mean = weight > 0.0 ? sum / weight : 0.0;
+    return weight > 0.0 ? std::sqrt(std::max(0.0, squares / weight - mean * mean)) : 0.0;
 }
 
 class Fit {
@@ -263,12 +283,15 @@ Displacement fit_displacement(const DifferenceMap& map, const Area& area, int re
     if (before == 0.0) {
         return {};
     }
+    const auto is_seen = [&](const Shift& u) {
+        return std::hypot(u.x, u.y) < far_shift || spread_along(map, points, u) > least_spread * std::hypot(u.x, u.y);
+    };
     auto [shift, rest] = fit.refined(points, {});
     if (rest > far_rest * before) {
         const Shift start = fit.whole_shift(points_of(area, a.width, a.height, most_search_points), reach);
-        const auto [far_shift, least] = fit.refined(points, start);
-        if (least < rest) {
-            shift = far_shift;
+        const auto [moved, least] = fit.refined(points, start);
+        if (least < rest && is_seen(moved)) {
+            shift = moved;
             rest = least;
         }
     }

@@ -1,6 +1,7 @@
 #include "render/compare/judge.h"
 
 #include "render/compare/displacement.h"
+#include "render/compare/edge_noise.h"
 
 #include <fmt/format.h>
 
@@ -17,6 +18,10 @@ constexpr int spot_size = 8;    ///< [px]
 constexpr int window_levels = 8;
 constexpr int spot_levels = 16;
 constexpr int faint_levels = 4;
+/// Share of the edge pixels of a window or spot that may be beyond where edges differ everywhere: up to 0.25 of 32 x 32,
+/// and 0.65 of 8 x 8 with thin gaps between bodies, where bodies are a few pixels large.
+constexpr double window_grant = 0.35;
+constexpr double spot_grant = 0.5;
 
 /// Clusters are pixels whose smooth difference is above this.
 constexpr int cluster_levels = 8;
@@ -42,7 +47,7 @@ constexpr std::size_t most_clusters = 16;
 /// Gates of one pair in the making.
 class Findings {
 public:
-    Findings(const DifferenceMap& map, const Limits& limits) : map_(map), limits_(limits) {}
+    Findings(const DifferenceMap& map, const Limits& limits) : map_(map), limits_(limits), edges_(map) {}
 
     std::vector<Gate> gates;
     std::vector<Cluster> clusters;
@@ -54,6 +59,7 @@ public:
         add(GateId::block_drift, std::abs(map_.drift.block), "levels",
             fmt::format("those of the {0}x{0} pixels at ({1}, {2}) by {3:+.2f}", drift_block, map_.drift.x,
                         map_.drift.y, map_.drift.block));
+        add_lone();
         add_displacement();
     }
 
@@ -68,16 +74,28 @@ private:
     }
 
     void add_windows() {
-        const auto add_window = [this](GateId id, int level, int size, const char* what) {
+        const double noise = edges_.everywhere();
+        const auto add_window = [&](GateId id, int level, int size, double granted, const char* what) {
+            const double allowance = granted * noise;
             const std::vector<std::int32_t> cells = count_in_cells(map_.excess, map_.width, map_.height, level);
-            const Peak peak = densest_window(cells, map_.width, map_.height, size);
-            add(id, peak.value, "px",
-                fmt::format("{} pixels of the {}x{} at ({}, {}) are {} than an edge's noise", peak.value, size, size,
-                            peak.x, peak.y, what));
+            const EdgePeak peak = edges_.densest_beyond(cells, size, allowance);
+            add(id, peak.beyond, "px",
+                fmt::format("{} pixels of the {}x{} at ({}, {}) are {} than an edge's noise{}", peak.pixels, size, size,
+                            peak.x, peak.y, what,
+                            allowance > 0.0 && peak.pixels > peak.beyond
+                                ? fmt::format(", less {:.0f} for edges that differ everywhere", peak.pixels - peak.beyond)
+                                : std::string()));
         };
-        add_window(GateId::window, window_levels, window_size, "more");
-        add_window(GateId::spot, spot_levels, spot_size, "much more");
-        add_window(GateId::faint, faint_levels, window_size, "a little more");
+        add_window(GateId::window, window_levels, window_size, window_grant, "more");
+        add_window(GateId::spot, spot_levels, spot_size, spot_grant, "much more");
+        add_window(GateId::faint, faint_levels, window_size, window_grant, "a little more");
+    }
+
+    void add_lone() {
+        const LonePeak peak = edges_.lone_peak();
+        add(GateId::lone, peak.value, "px",
+            fmt::format("{} pixels of the {}x{} at ({}, {}) differ, and {:.1f} % of the edges elsewhere", peak.pixels,
+                        lone_size, lone_size, peak.x, peak.y, 100.0 * peak.elsewhere));
     }
 
     /// Clusters, and the farthest shift that explains one of them, or one of its parts.
@@ -185,6 +203,7 @@ private:
 
     const DifferenceMap& map_;
     const Limits& limits_;
+    EdgeNoise edges_;
 };
 
 void judge_colors(const Picture& reference, const Picture& candidate, const Limits& limits, DifferenceMap& map,
@@ -227,7 +246,7 @@ Picture on_white(const Picture& picture) {
 } // namespace
 
 const char* name_of(GateId id) {
-    constexpr const char* names[] = {"window", "spot", "faint", "displacement", "drift", "block drift"};
+    constexpr const char* names[] = {"window", "spot", "faint", "displacement", "drift", "block drift", "lone"};
     return names[static_cast<int>(id)];
 }
 

@@ -17,8 +17,9 @@ enum class GateId {
     displacement, ///< shift of a cluster [px]
     drift,        ///< mean signed difference of all flat pixels [levels]
     block_drift,  ///< the same of one block
+    lone,         ///< pixels of one window of 16 x 16, where the edges elsewhere are as they were
 };
-inline constexpr std::size_t gate_count = 6;
+inline constexpr std::size_t gate_count = 7;
 
 /// A gate's limit and where it is from.
 struct Limit {
@@ -28,7 +29,7 @@ struct Limit {
 
 /// Of GateId. README.md in this folder has the pictures that the defaults were chosen by.
 struct Limits {
-    std::array<Limit, gate_count> of{{{48.0}, {12.0}, {200.0}, {0.65}, {0.3}, {0.9}}};
+    std::array<Limit, gate_count> of{{{60.0}, {12.0}, {200.0}, {0.62}, {0.3}, {0.9}, {10.0}}};
 
     const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
 };

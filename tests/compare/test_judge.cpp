@@ -169,6 +169,39 @@ TEST(judge, changes_of_every_kind_are_seen_by_the_gate_meant_for_them) {
     }
 }
 
+// Forty pictures in each of which one small thing has moved by a pixel and nothing else differs.
+TEST(judge, a_small_thing_moved_by_a_pixel_is_seen_where_the_edges_elsewhere_are_as_they_were) {
+    int missed = 0;
+    for (std::uint32_t seed = 200; seed < 240; ++seed) {
+        Scene scene = test::make_scene(seed, 30, 1);
+        Random random(seed);
+        const double size = 3 + 5 * random();
+        scene.shapes.push_back({test::Shape::Kind::box, 40 + 240 * random(), 70 + 90 * random(), size, 3 * random(),
+                                {255 * random(), 255 * random(), 255 * random()}});
+        const Picture reference = paint(scene, grid_pattern(2));
+        const double angle = 6.3 * random();
+        scene.shapes.back().x += std::cos(angle);
+        scene.shapes.back().y += std::sin(angle);
+        missed += judged(reference, paint(scene, grid_pattern(2))).tier != Tier::changed;
+    }
+    EXPECT_LE(missed, 2);
+}
+
+// Edges that lie between pixels do not change with the samples; those of one thing do.
+TEST(judge, noise_on_few_edges_is_no_lone_change) {
+    Scene scene = test::make_scene(108, 0, 0);
+    for (int i = 0; i < 24; ++i) {
+        scene.shapes.push_back({test::Shape::Kind::box, 20.0 + 12 * i, 164, 4, 0, {20, 20, 20}});
+    }
+    scene.shapes.push_back({test::Shape::Kind::disc, 150, 110, 25, 0, {200, 60, 50}});
+    scene.shapes.push_back({test::Shape::Kind::box, 220, 100, 15, 0.3, {60, 160, 50}});
+    const Picture reference = paint(scene, grid_pattern(2));
+    for (const Noise& noise : noises) {
+        const diff::Frame frame = judged(reference, noise.make(scene, 108));
+        EXPECT_EQ(frame.tier, Tier::noise) << noise.name << ": " << frame.message;
+    }
+}
+
 TEST(judge, the_shift_of_a_moved_thing_is_measured) {
     Scene scene = test::make_scene(104, 0, 0);
     scene.shapes.push_back({test::Shape::Kind::box, 150, 120, 12, 0.4, {200, 60, 50}});
