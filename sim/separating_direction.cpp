@@ -273,13 +273,17 @@ private:
                (a0 + a1).dot(b0 + b1) > -1.0;
     }
 
-    /// From the nearest point of b to that of a, at least one of them a vertex.
+    /// From the nearest point of b to that of a, at least one of them a vertex. Beyond an edge's end it leads to that end,
+    /// a corner that need not be near n.
     static Vec3 direction_of_vertex(const CoreFeature& fa, const CoreFeature& fb) {
-        const Vec3 between = fa.point - fb.point;
+        Vec3 between = fa.point - fb.point;
         for (const CoreFeature* f : {&fa, &fb}) {
             if (f->kind == Kind::edge) {
-                const bool is_within = std::abs(f->direction.dot(between)) <= f->length;
-                return is_within ? direction_across(f->direction, between) : Vec3(Vec3::Zero());
+                const double along = f->direction.dot(between);
+                between -= std::clamp(along, -f->length, f->length) * f->direction;
+                if (between.norm() == 0.0) {
+                    return f->direction.unitOrthogonal();
+                }
             }
         }
         return between.norm() > 0.0 ? Vec3(between.stableNormalized()) : Vec3::UnitZ();
