@@ -75,8 +75,8 @@ sim::SceneDef load_with_preset(const Options& options, const std::string& input)
 /// The preset of the simulation that was asked for by name; empty if none was. Throws Error (usage).
 std::string simulation_preset(const Options& options);
 
-/// Threads to simulate with, >= 1.
-int thread_count(const Options& options);
+/// Threads to simulate with, >= 1: those asked for, else one a core, less the one that draws at the same time.
+int thread_count(const Options& options, bool is_drawing);
 
 /// The verbs; each throws Error.
 /// tumble run: simulates, draws and encodes.

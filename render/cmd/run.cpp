@@ -120,7 +120,7 @@ void work(Simulation& simulation, render::Film* film, const FrameRange& frames, 
 void run_slice(const sim::SceneDef& scene, const fs::path& folder, const Options& options) {
     const Clock::time_point start = Clock::now();
     const FrameRange frames = frame_range(options, frame_count_of(scene));
-    sim::World world(scene, thread_count(options));
+    sim::World world(scene, thread_count(options, true));
     const Workplace workplace(folder, Sharing::with_slices);
     prepare_frames(workplace, scene, true);
     render::Film film(scene, {.folder = folder,
@@ -142,7 +142,7 @@ void run_slice(const sim::SceneDef& scene, const fs::path& folder, const Options
 void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options& options,
                bool has_pictures) {
     const Clock::time_point start = Clock::now();
-    sim::World world(scene, thread_count(options)); // first: a scene that cannot start leaves no folder
+    sim::World world(scene, thread_count(options, has_pictures)); // first: a scene that cannot start leaves no folder
     const Workplace workplace(folder);
     const bool has_png = has_pictures && !options.no_png;
     if (has_png) {
@@ -171,7 +171,7 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
     work(simulation, film.get(), {0, frame_count_of(scene)}, scene.name, workplace, options.is_quiet);
 
     sim::Summary summary = simulation.summary();
-    summary.threads = thread_count(options);
+    summary.threads = thread_count(options, has_pictures);
     summary.preset = preset_result(scene, simulation, options);
     summary.files.push_back(sim::describe_file(folder, trajectory_name));
     if (has_png) {
