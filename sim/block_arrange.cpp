@@ -13,7 +13,7 @@ constexpr int colour_limit = 64;
 constexpr std::size_t equal_shares = 4;
 
 /// With fewer batches of a colour it is not worth while to share them among threads.
-constexpr std::size_t least_shared = 4;
+constexpr std::size_t least_batches = 4;
 
 /// Point of an empty place: its velocity is always far above the target.
 constexpr double never = -1e300;
@@ -242,13 +242,12 @@ double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double sl
     std::atomic<double> worst = 0.0;
     std::size_t begin = 0;
     for (const std::size_t end : colours) {
-        if (end - begin < least_shared) {
-            raise_to(worst, sweep_range(begin, end));
-        } else {
-            workers->run(end - begin, [&](std::size_t first, std::size_t last) {
+        workers->run(
+            end - begin,
+            [&](std::size_t first, std::size_t last) {
                 raise_to(worst, sweep_range(begin + first, begin + last));
-            });
-        }
+            },
+            least_batches);
         begin = end;
     }
     return worst;

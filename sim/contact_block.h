@@ -83,7 +83,7 @@ struct PairMaterial {
 PairMaterial pair_material(const BodyProps& a, const BodyProps& b);
 
 /// Loops over fewer blocks, pairs or bodies are not worth while to be shared among threads.
-inline constexpr std::size_t least_count = 32;
+inline constexpr std::size_t least_shared = 32;
 
 /// All blocks of one solve, in the order they are visited, and their points.
 struct ContactBlocks {
@@ -125,8 +125,8 @@ struct ContactBlocks {
     /// Calls work(first, last) for ranges that cover 0..count once.
     template <typename Work>
     void share(std::size_t count, Work&& work) const {
-        if (workers != nullptr && count >= least_count) {
-            workers->run(count, work);
+        if (workers != nullptr) {
+            workers->run(count, work, least_shared);
         } else if (count > 0) {
             work(std::size_t{0}, count);
         }

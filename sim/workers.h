@@ -19,9 +19,16 @@ public:
     Workers& operator=(const Workers&) = delete;
 
     /// Calls work(first, last) for ranges that cover 0..count once, and returns when all are done. The ranges
-    /// run in any order, so `work` may write only to its own elements. It must not throw.
+    /// run in any order, so `work` may write only to its own elements. It must not throw. Fewer than `least` are not
+    /// worth while to be shared: the caller's thread does them.
     template <typename Work>
-    void run(std::size_t count, Work&& work) {
+    void run(std::size_t count, Work&& work, std::size_t least = 1) {
+        if (count < least) {
+            if (count > 0) {
+                work(std::size_t{0}, count);
+            }
+            return;
+        }
         using Called = std::remove_reference_t<Work>;
         run_task({&work,
                   [](const void* called, std::size_t first, std::size_t last) {

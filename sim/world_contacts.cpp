@@ -167,10 +167,13 @@ void WorldState::update_axes(std::span<const Pose> poses, std::vector<char>& mov
             result.push_back(static_cast<int>(k));
         }
     }
-    workers.run(first.size(), [&](std::size_t from, std::size_t to) {
-        find_axes({box_rows.data(), first.data() + from, second.data() + from, result.data() + from, to - from,
-                   axes.data()});
-    });
+    workers.run(
+        first.size(),
+        [&](std::size_t from, std::size_t to) {
+            find_axes({box_rows.data(), first.data() + from, second.data() + from, result.data() + from, to - from,
+                       axes.data()});
+        },
+        least_shared);
 }
 
 void WorldState::find_contacts(StepReport& report) {
@@ -192,12 +195,15 @@ void WorldState::find_contacts(StepReport& report) {
     }
     update_axes(bodies.pose, moved);
     std::vector<PairContacts> found(candidates.size());
-    workers.run(candidates.size(), [&](std::size_t first, std::size_t last) {
-        std::vector<Contact> contacts;
-        for (std::size_t k = first; k < last; ++k) {
-            find_pair_contacts(k, contacts, found[k]);
-        }
-    });
+    workers.run(
+        candidates.size(),
+        [&](std::size_t first, std::size_t last) {
+            std::vector<Contact> contacts;
+            for (std::size_t k = first; k < last; ++k) {
+                find_pair_contacts(k, contacts, found[k]);
+            }
+        },
+        least_shared);
     std::erase_if(found, [](const PairContacts& pair) { return pair.manifold.contacts.empty(); });
     pairs = std::move(found);
     sorted_pairs = pairs.size();
@@ -264,18 +270,21 @@ void WorldState::check_pairs() {
     check_all = false;
     update_axes(planned, moved);
     pair_penetration.resize(candidates.size());
-    workers.run(candidates.size(), [&](std::size_t first, std::size_t last) {
-        for (std::size_t k = first; k < last; ++k) {
-            const auto a = static_cast<std::size_t>(candidates[k].a);
-            const auto b = static_cast<std::size_t>(candidates[k].b);
-            if (are_boxes(candidates[k])) {
-                pair_penetration[k] = -axes[k].separation();
-            } else if (moved[a] != 0 || moved[b] != 0) {
-                pair_penetration[k] =
-                    -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
+    workers.run(
+        candidates.size(),
+        [&](std::size_t first, std::size_t last) {
+            for (std::size_t k = first; k < last; ++k) {
+                const auto a = static_cast<std::size_t>(candidates[k].a);
+                const auto b = static_cast<std::size_t>(candidates[k].b);
+                if (are_boxes(candidates[k])) {
+                    pair_penetration[k] = -axes[k].separation();
+                } else if (moved[a] != 0 || moved[b] != 0) {
+                    pair_penetration[k] =
+                        -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
+                }
             }
-        }
-    });
+        },
+        least_shared);
 }
 
 /// Gives each pair that would overlap by more than the tolerance the contacts found at the planned poses.

@@ -3,7 +3,7 @@
 #include "sim/error.h"
 #include "sim/rational.h"
 #include "sim/scene_file.h"
-#include "study/preset.h"
+#include "render/study/preset.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

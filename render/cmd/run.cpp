@@ -8,8 +8,8 @@
 #include "render/shader.h"
 #include "sim/error.h"
 #include "sim/scene_study.h"
-#include "study/law.h"
-#include "study/preset.h"
+#include "render/study/law.h"
+#include "render/study/preset.h"
 
 #include <fmt/format.h>
 

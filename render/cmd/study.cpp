@@ -8,8 +8,8 @@
 #include "sim/error.h"
 #include "sim/file_io.h"
 #include "sim/trajectory.h"
-#include "study/law.h"
-#include "study/table.h"
+#include "render/study/law.h"
+#include "render/study/table.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

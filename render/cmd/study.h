@@ -1,7 +1,7 @@
 #pragma once
 /// tumble study: what settings of a scene cost and how wrong they are.
-#include "study/engine.h"
-#include "study/plan.h"
+#include "render/study/engine.h"
+#include "render/study/plan.h"
 
 #include <span>
 #include <string>

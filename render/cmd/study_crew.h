@@ -1,6 +1,6 @@
 #pragma once
 /// Points of a study, each computed by a process of its own, some at a time.
-#include "study/point.h"
+#include "render/study/point.h"
 
 #include <filesystem>
 #include <functional>

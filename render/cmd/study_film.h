@@ -1,7 +1,7 @@
 #pragma once
 /// The film of a study: some of its points side by side, at the same time, each with its name.
 #include "render/cmd/study_crew.h"
-#include "study/table.h"
+#include "render/study/table.h"
 
 #include <filesystem>
 #include <span>

@@ -1,6 +1,6 @@
 #pragma once
 /// The page of a study.
-#include "study/table.h"
+#include "render/study/table.h"
 
 #include <filesystem>
 

@@ -1,4 +1,4 @@
-#include "study/motion.h"
+#include "render/study/motion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 /// Plans, points and tables of studies of the scenes of the laws.
 #include "sim/error.h"
 #include "sim/scene_file.h"
-#include "study/law.h"
-#include "study/table.h"
+#include "render/study/law.h"
+#include "render/study/table.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 /// Which points a study of a scene computes: the scene's own settings, every knob's, and what they are held
 /// against.
 #include "sim/scene_study.h"
-#include "study/engine.h"
+#include "render/study/engine.h"
 
 #include <cstdint>
 #include <span>

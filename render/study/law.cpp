@@ -1,4 +1,4 @@
-#include "study/law.h"
+#include "render/study/law.h"
 
 #include "sim/error.h"
 

@@ -1,7 +1,7 @@
-#include "study/engine.h"
+#include "render/study/engine.h"
 
 #include "sim/world.h"
-#include "study/preset.h"
+#include "render/study/preset.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "study/preset.h"
+#include "render/study/preset.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "study/ensemble.h"
+#include "render/study/ensemble.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #pragma once
 /// Several runs of a chaotic scene, each from another seed, as one.
-#include "study/point.h"
+#include "render/study/point.h"
 
 #include <span>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "study/point.h"
+#include "render/study/point.h"
 
 #include "sim/error.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 /// The points of a study as rows, one for all seeds, and as files: CSV, data and script of the diagram.
-#include "study/point.h"
+#include "render/study/point.h"
 
 #include <array>
 #include <filesystem>

@@ -1,6 +1,6 @@
-#include "study/table.h"
+#include "render/study/table.h"
 
-#include "study/ensemble.h"
+#include "render/study/ensemble.h"
 
 #include <fmt/format.h>
 

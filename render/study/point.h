@@ -1,7 +1,7 @@
 #pragma once
 /// One run of a study: from a task to what it cost and how wrong it was.
-#include "study/motion.h"
-#include "study/plan.h"
+#include "render/study/motion.h"
+#include "render/study/plan.h"
 
 #include <atomic>
 

@@ -1,4 +1,4 @@
-#include "study/plan.h"
+#include "render/study/plan.h"
 
 #include "sim/error.h"
 #include "sim/scene_file.h"
