@@ -39,6 +39,9 @@ constexpr std::size_t most_contacts = 8;
 /// Cores nearer than this share [-] of the sizes tell no direction.
 constexpr double same_point = 1e-6;
 
+/// Contacts nearer to each other than this share [-] of the sizes are at one place.
+constexpr double same_place = 1e-3;
+
 /// Gaps that differ by less than this share [-] of the size are one.
 constexpr double same_gap = 1e-10;
 
@@ -444,6 +447,16 @@ void feature_contacts(const Convex& a, const Convex& b, const SeparatingDirectio
     list.contacts.push_back(contact);
 }
 
+/// Takes out the contacts after `crossing` that lie at it: the corner of a clipped face where the edges cross is their
+/// contact once more, with another normal, and iterations over two such normals at one point come to no end.
+void drop_at(std::size_t crossing, double distance, std::vector<Contact>& contacts) {
+    const Vec3 place = contacts[crossing].at.a;
+    const auto after = contacts.begin() + static_cast<std::ptrdiff_t>(crossing) + 1;
+    contacts.erase(std::remove_if(after, contacts.end(),
+                                  [&](const Contact& contact) { return (contact.at.a - place).norm() <= distance; }),
+                   contacts.end());
+}
+
 } // namespace
 
 void convex_contacts(const Convex& a, const Convex& b, const ContactList& list) {
@@ -459,8 +472,10 @@ void convex_contacts(const Convex& a, const Convex& b, const ContactList& list) 
         if (cross && found.best_face.is_face() && found.best_face.n.dot(found.best.n) > nearly_flat) {
             // The crossing edges keep the face's feet apart, which lie beyond its rim.
             const bool is_a = found.best_face.is_face_of_a;
+            const std::size_t crossing = list.contacts.size() - 1;
             ground_contacts(face_ground(is_a ? a : b, is_a ? found.best_face.a : found.best_face.b, is_a),
                             is_a ? b : a, list, gap);
+            drop_at(crossing, same_place * (a.size + b.size), list.contacts);
         }
         return;
     }

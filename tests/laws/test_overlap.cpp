@@ -119,6 +119,69 @@ TEST(overlap, balls) {
     EXPECT_NEAR(gap(Ball{{0.1, 0.1, 0.4}, 0.4}, cube({0, 0, 0})), -0.5, rounding); // centre inside
 }
 
+/// A cylinder's hull of 2 n corners on its rims, for comparison: short of it by at most r (1 - cos(pi / n)).
+Polyhedron prism(const Rod& rod, int n) {
+    Polyhedron solid;
+    const Vector x = rod.axis.unitOrthogonal(), y = rod.axis.cross(x);
+    const auto corner = [&](double i) -> Vector {
+        const double angle = 2 * std::acos(-1.0) * i / n;
+        return std::cos(angle) * x + std::sin(angle) * y;
+    };
+    for (int i = 0; i < n; ++i) {
+        for (const double side : {-1.0, 1.0}) {
+            solid.vertices.push_back(rod.centre + rod.radius * corner(i) + side * rod.half_length * rod.axis);
+        }
+        solid.normals.push_back(corner(i + 0.5));
+        solid.edges.push_back(rod.axis.cross(corner(i + 0.5)));
+    }
+    solid.normals.push_back(rod.axis);
+    solid.normals.push_back(-rod.axis);
+    solid.edges.push_back(rod.axis);
+    return solid;
+}
+
+TEST(overlap, cylinders_and_capsules_of_known_depth) {
+    constexpr double searched = 1e-9; // [m] the last turn of the search, 1e-10 rad, times lengths of some metres
+    const Vector x = Vector::UnitX(), z = Vector::UnitZ();
+    const Rod upright{{0, 0, 0}, z, 0.5, 0.3, 0.0};
+    EXPECT_NEAR(gap(upright, Rod{{0.1, 0.2, 0.9}, z, 0.5, 0.2, 0.0}), -0.1, searched);       // end on end
+    EXPECT_NEAR(gap(upright, Rod{{0.3, 0.4, 0.1}, z, 0.5, 0.1, 0.0}), 0.1, searched);        // side by side
+    EXPECT_NEAR(gap(upright, Rod{{0, 0.45, 0.1}, x, 0.5, 0.2, 0.0}), -0.05, searched);       // crossed
+    EXPECT_NEAR(gap(upright, Rod{{0.9, 0, 0.2}, x, 0.5, 0.0, 0.15}), -0.05, searched);       // a capsule's end
+    EXPECT_NEAR(gap(upright, Ball{{0.6, 0, 0.9}, 0.4}), 0.1, searched);                      // on the rim
+    EXPECT_NEAR(gap(upright, OrientedBox{{0, 0, 0.95}, Matrix::Identity(), {1, 1, 0.5}}), -0.05, searched);
+    const Matrix diagonal = turn(std::acos(-1.0) / 4, z);
+    EXPECT_NEAR(gap(upright, OrientedBox{{1.0, 0, 0}, diagonal, {0.5, 0.5, 2}}), 0.7 - std::sqrt(0.5), searched);
+    const Rod lying{{0, 0, 0.5}, x, 1.0, 0.0, 0.1}; // a capsule on an edge across it
+    EXPECT_NEAR(gap(lying, OrientedBox{{0, 0, -0.3}, turn(std::acos(-1.0) / 4, x), {3, 0.5, 0.5}}),
+                0.7 - std::sqrt(0.5), searched);
+}
+
+TEST(overlap, random_cylinders_agree_with_prisms_of_many_sides) {
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    const auto vector = [&] { return Vector(uniform(random), uniform(random), uniform(random)); };
+    constexpr int sides = 48;
+    int overlaps = 0;
+    for (int i = 0; i < 60; ++i) {
+        const Rod a{vector(), vector().normalized(), 0.6, 0.5, 0.0};
+        const Rod b{vector(), vector().normalized(), 0.4, 0.3, 0.0};
+        const OrientedBox box{vector(), turn(uniform(random) * 3, vector().normalized()), {0.3, 0.5, 0.2}};
+        const double short_by = 0.5 * (1 - std::cos(std::acos(-1.0) / sides)) * 2;
+        for (const auto& [rods, prisms] : {std::pair(gap(a, b), gap(prism(a, sides), prism(b, sides))),
+                                           std::pair(gap(a, box), gap(prism(a, sides), box))}) {
+            overlaps += rods < 0.0;
+            // Apart, the prisms' value is that of the best of their axes: a bound from below.
+            EXPECT_LE(prisms, (prisms > 0.0 ? rods : rods + short_by) + short_by) << i;
+            if (prisms < 0.0) {
+                EXPECT_LE(rods, prisms + 1e-9) << i;
+                EXPECT_GE(rods, prisms - short_by) << i;
+            }
+        }
+    }
+    EXPECT_GT(overlaps, 20);
+}
+
 TEST(overlap, sweep_finds_the_pairs_of_a_full_search) {
     std::mt19937_64 random(7);
     std::uniform_real_distribution<double> uniform(-3.0, 3.0);

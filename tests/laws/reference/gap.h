@@ -57,5 +57,10 @@ double gap(const Polyhedron& a, const OrientedBox& b);
 double gap(const Polyhedron& a, const HalfSpace& solid);
 double gap(const Ball& ball, const Polyhedron& solid);
 double gap(const Rod& rod, const HalfSpace& solid);
+/// A search over all directions, to about 1e-9 m: never less deep than the solids are.
+double gap(const Rod& a, const Rod& b);
+double gap(const Rod& rod, const OrientedBox& solid);
+double gap(const Rod& rod, const Polyhedron& solid);
+double gap(const Rod& rod, const Ball& ball);
 
 } // namespace reference

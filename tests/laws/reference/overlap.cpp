@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <stdexcept>
-#include <type_traits>
 
 namespace reference {
 namespace {
@@ -50,11 +48,7 @@ double shape_gap(const Shape& a, const Shape& b) {
             } else if constexpr (requires { gap(y, x); }) {
                 return gap(y, x);
             } else {
-                if constexpr (std::is_same_v<std::decay_t<decltype(x)>, HalfSpace> &&
-                              std::is_same_v<std::decay_t<decltype(y)>, HalfSpace>) {
-                    return std::numeric_limits<double>::infinity(); // both static
-                }
-                throw std::runtime_error("cylinders and capsules are judged against planes only");
+                return std::numeric_limits<double>::infinity(); // two half spaces, both static
             }
         },
         a, b);
