@@ -1,5 +1,6 @@
 #include "render/edges.h"
 
+#include "render/float4.h"
 #include "render/mesh.h"
 #include "sim/error.h"
 
@@ -16,10 +17,6 @@ namespace render {
 
 namespace {
 
-/// Four samples at a time: vectors as g++ and clang++ have them on every processor.
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
-
 constexpr int sample_count = 8;
 /// Places of the samples about the pixel's centre [px]: one in each row and column of 8 x 8.
 constexpr std::array<Float4, 2> sample_x{Float4{0.0625f, -0.0625f, 0.3125f, -0.1875f},
@@ -27,18 +24,6 @@ constexpr std::array<Float4, 2> sample_x{Float4{0.0625f, -0.0625f, 0.3125f, -0.1
 constexpr std::array<Float4, 2> sample_y{Float4{-0.1875f, 0.1875f, 0.0625f, -0.3125f},
                                          Float4{0.3125f, -0.0625f, 0.4375f, -0.4375f}};
 
-Float4 all(float x) {
-    return Float4{x, x, x, x};
-}
-Int4 all(std::int32_t x) {
-    return Int4{x, x, x, x};
-}
-Int4 chosen(Int4 mask, Int4 a, Int4 b) {
-    return (mask & a) | (~mask & b);
-}
-Float4 chosen(Int4 mask, Float4 a, Float4 b) {
-    return std::bit_cast<Float4>(chosen(mask, std::bit_cast<Int4>(a), std::bit_cast<Int4>(b)));
-}
 
 /// A flat part in the picture. At window position p = (x, y, 1) the dot products of p with the three vectors
 /// are 1 / w, u / w and v / w: w is the distance along the view, and u, v in -1..1 are inside the face.

@@ -1,5 +1,7 @@
 #include "render/occlusion.h"
 
+#include "render/float4.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -32,22 +34,6 @@ constexpr float own_share = 0.03f;
 #define FOR_ALL_AND_AVX2
 #endif
 
-/// Four points at a time: vectors as g++ and clang++ have them on every processor.
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
-
-Float4 all(float x) {
-    return Float4{x, x, x, x};
-}
-Int4 all(std::int32_t x) {
-    return Int4{x, x, x, x};
-}
-Int4 chosen(Int4 mask, Int4 a, Int4 b) {
-    return (mask & a) | (~mask & b);
-}
-Float4 chosen(Int4 mask, Float4 a, Float4 b) {
-    return std::bit_cast<Float4>(chosen(mask, std::bit_cast<Int4>(a), std::bit_cast<Int4>(b)));
-}
 template <class Vector>
 Vector least(Vector a, Vector b) {
     return chosen(a < b, a, b);

@@ -227,27 +227,19 @@ void ContactBlocks::store_batch(const BlockBatch& batch) {
 }
 
 double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
-    const auto sweep_range = [&](std::size_t first, std::size_t last) {
-        return sweep_batches({.batches = batches.data() + first,
-                              .batch_count = last - first,
-                              .points = batch_points.data(),
-                              .velocity = velocity.front().v.data(),
-                              .activity = activity.data(),
-                              .skip = skip,
-                              .slack = slack});
-    };
-    if (workers == nullptr || workers->thread_count() == 1) {
-        return sweep_range(0, batches.size());
-    }
     std::atomic<double> worst = 0.0;
     std::size_t begin = 0;
     for (const std::size_t end : colours) {
-        workers->run(
-            end - begin,
-            [&](std::size_t first, std::size_t last) {
-                raise_to(worst, sweep_range(begin + first, begin + last));
-            },
-            least_batches);
+        const auto sweep_range = [&](std::size_t first, std::size_t last) {
+            raise_to(worst, sweep_batches({.batches = batches.data() + begin + first,
+                                           .batch_count = last - first,
+                                           .points = batch_points.data(),
+                                           .velocity = velocity.front().v.data(),
+                                           .activity = activity.data(),
+                                           .skip = skip,
+                                           .slack = slack}));
+        };
+        share(end - begin, sweep_range, least_batches);
         begin = end;
     }
     return worst;

@@ -122,11 +122,11 @@ struct ContactBlocks {
     void place(std::size_t first_block, std::size_t first_point, const Bodies& bodies, int a, int b,
                std::span<const ContactGeometry> contacts, const PairMaterial& material);
 
-    /// Calls work(first, last) for ranges that cover 0..count once.
+    /// Calls work(first, last) for ranges that cover 0..count once; for one if there are fewer than `least`.
     template <typename Work>
-    void share(std::size_t count, Work&& work) const {
+    void share(std::size_t count, Work&& work, std::size_t least = least_shared) const {
         if (workers != nullptr) {
-            workers->run(count, work, least_shared);
+            workers->run(count, work, least);
         } else if (count > 0) {
             work(std::size_t{0}, count);
         }

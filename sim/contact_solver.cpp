@@ -4,7 +4,6 @@
 #include "sim/integrate.h"
 #include "sim/time_of_impact.h"
 
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -45,17 +44,9 @@ constexpr double slack_share = 0.1;
 /// the predicted poses.
 constexpr double accepted_share = 0.5;
 
-/// Flat contacts are not measured again where that changes gaps by less than this share [-] of the tolerance.
-constexpr double linear_share = 0.02;
-
 /// The impulses of an interval are no guess at those of one so many times [-] as long: next to an impact they stop what
 /// approaches slowly, rather than carry a load.
 constexpr double largest_stretch = 100.0;
-
-/// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
-/// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
-/// then; the check after the move sees what that leaves.
-constexpr double wander_share = 0.02;
 
 /// Gap errors [m] that rounding leaves.
 constexpr double gap_rounding = 1e-13;
@@ -86,73 +77,7 @@ bool is_at_limit(const ContactPoint& point, double mu) {
     return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - limit_rounding) * mu * point.p_n;
 }
 
-/// What a body's surface moves [m] where it touches, while the point of contact wanders over it: the body's mean
-/// motion at the mean arm. from, to: poses at both ends of the interval; touch: points of contact there.
-Vec3 rolled(const Pose& from, const Pose& to, const Vec3& touch_from, const Vec3& touch_to) {
-    const Quat turn = to.orientation * from.orientation.conjugate();
-    const double sine = turn.vec().norm(); // of half the angle
-    const Vec3 angle = sine > 0.0 ? Vec3(turn.vec() * (2.0 * std::atan(sine / turn.w()) / sine)) : Vec3(Vec3::Zero());
-    const Vec3 arm = 0.5 * (touch_from - from.position + touch_to - to.position);
-    return to.position - from.position + angle.cross(arm);
-}
-
 } // namespace
-
-void match_memory(std::span<const ContactMemory> old, PairContacts& pair, double reach) {
-    const std::vector<Contact>& contacts = pair.manifold.contacts;
-    const auto same_id = [](const Contact& contact, const ContactMemory& memory) {
-        return contact.feature.id == memory.id;
-    };
-    if (std::ranges::equal(contacts, old, same_id)) {
-        pair.memory.assign(old.begin(), old.end());
-        for (std::size_t i = 0; i < contacts.size(); ++i) {
-            pair.memory[i].core_a = contacts[i].feature.core_a;
-        }
-        return;
-    }
-    pair.memory.assign(contacts.size(), {});
-    std::uint64_t used = 0; // a bit for each of the old ones; more than 64 are found by their ids only
-    const auto is_used = [&](std::size_t j) { return j < 64 && (used >> j & 1u) != 0; };
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-        pair.memory[i].id = contacts[i].feature.id;
-        pair.memory[i].core_a = contacts[i].feature.core_a;
-    }
-    const auto take = [&](std::size_t i, std::size_t j) {
-        const ContactMemory fresh = pair.memory[i];
-        pair.memory[i] = old[j];
-        pair.memory[i].id = fresh.id;
-        pair.memory[i].core_a = fresh.core_a;
-        used |= j < 64 ? std::uint64_t{1} << j : 0;
-    };
-    std::uint64_t matched = 0;
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-        std::size_t j = 0;
-        while (j < old.size() && (is_used(j) || old[j].id != contacts[i].feature.id)) {
-            ++j;
-        }
-        if (j < old.size()) {
-            take(i, j);
-            matched |= i < 64 ? std::uint64_t{1} << i : 0;
-        }
-    }
-    for (std::size_t i = 0; i < std::min<std::size_t>(contacts.size(), 64); ++i) {
-        if ((matched >> i & 1u) != 0) {
-            continue;
-        }
-        std::size_t nearest = old.size();
-        double distance = reach;
-        for (std::size_t j = 0; j < std::min<std::size_t>(old.size(), 64); ++j) {
-            const double d = (old[j].core_a - contacts[i].feature.core_a).norm();
-            if (!is_used(j) && d < distance) {
-                nearest = j;
-                distance = d;
-            }
-        }
-        if (nearest < old.size()) {
-            take(i, nearest);
-        }
-    }
-}
 
 void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                             std::span<const Joint> joints, std::span<const JointMemory> joint_memory,
@@ -173,91 +98,82 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     all_in_solve_ = true;
     placed_.resize(predicted_.size());
     loop_.clear();
-    contacts_.clear();
     joint_weight_.clear();
     for (const JointMemory& memory : joint_memory) {
         joint_weight_.push_back(node_weight(memory.last_interval, h));
     }
     joints_.prepare(bodies, joints);
-    places_.assign(pairs.size() + 1, {});
+    std::vector<Place> places(pairs.size() + 1); // of each pair and of the end
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
-        std::vector<ContactGeometry> taken;
+        Taken taken;
         for (std::size_t pair = first; pair < last; ++pair) {
-            taken.clear();
-            for (std::size_t i = 0; i < pairs[pair].manifold.contacts.size(); ++i) {
-                if (takes(bodies, pairs[pair], i)) {
-                    taken.push_back(pairs[pair].manifold.contacts[i].at);
-                }
-            }
-            places_[pair + 1] = {block_count(taken), taken.size()};
+            take(bodies, pairs[pair], taken);
+            places[pair + 1] = {block_count(taken.at), taken.at.size()};
         }
     });
     for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
-        all_in_solve_ = all_in_solve_ && places_[pair + 1].points == pairs[pair].manifold.contacts.size();
-        places_[pair + 1].blocks += places_[pair].blocks;
-        places_[pair + 1].points += places_[pair].points;
+        all_in_solve_ = all_in_solve_ && places[pair + 1].point == pairs[pair].manifold.contacts.size();
+        places[pair + 1].block += places[pair].block;
+        places[pair + 1].point += places[pair].point;
     }
-    loop_.blocks.resize(places_.back().blocks);
-    loop_.points.resize(places_.back().points);
-    contacts_.resize(places_.back().points);
+    resize(places.back());
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+        Taken taken;
         for (std::size_t pair = first; pair < last; ++pair) {
-            place_contacts(bodies, pairs[pair], static_cast<int>(pair), places_[pair].blocks, places_[pair].points);
+            take(bodies, pairs[pair], taken);
+            place_contacts(bodies, pairs[pair], static_cast<int>(pair), places[pair], taken);
         }
     });
-    for (const ContactBlock& block : loop_.blocks) {
-        apply_wrench(block, wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia, velocity_);
-    }
-}
-
-/// Does the solve hold this contact? Impacts are waited for, where the step stops at them.
-bool ContactSolver::takes(const Bodies& bodies, const PairContacts& pair, std::size_t contact) const {
-    return !stop_at_impacts_ || !is_impact(bodies, pair.manifold, pair.manifold.contacts[contact], settings_);
-}
-
-/// Blocks, points and contacts of a pair, into places that are there already.
-void ContactSolver::place_contacts(const Bodies& bodies, const PairContacts& pair, int pair_index,
-                                   std::size_t first_block, std::size_t first_point) {
-    std::array<ContactGeometry, block_size> few;
-    std::vector<ContactGeometry> many;
-    std::span<ContactGeometry> taken = few;
-    if (pair.manifold.contacts.size() > few.size()) {
-        many.resize(pair.manifold.contacts.size());
-        taken = many;
-    }
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
-        if (takes(bodies, pair, i)) {
-            taken[count] = pair.manifold.contacts[i].at;
-            contacts_[first_point + count] = {};
-            contacts_[first_point + count].pair = pair_index;
-            contacts_[first_point + count].index = static_cast<int>(i);
-            ++count;
-        }
-    }
-    loop_.place(first_block, first_point, bodies, pair.manifold.body_a, pair.manifold.body_b, taken.first(count),
-                pair.material);
-    for (std::size_t k = 0; k < block_count(taken.first(count)); ++k) {
-        start_block(bodies, pair, loop_.blocks[first_block + k]);
-    }
+    apply_impulses(bodies, 0);
 }
 
 void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair) {
-    const PairContacts& p = pairs[static_cast<std::size_t>(pair)];
-    std::vector<ContactGeometry> taken;
-    for (std::size_t i = 0; i < p.manifold.contacts.size(); ++i) {
-        if (takes(bodies, p, i)) {
-            taken.push_back(p.manifold.contacts[i].at);
+    const PairContacts& added = pairs[static_cast<std::size_t>(pair)];
+    Taken taken;
+    take(bodies, added, taken);
+    all_in_solve_ = all_in_solve_ && taken.at.size() == added.manifold.contacts.size();
+    const Place place{loop_.blocks.size(), loop_.points.size()};
+    resize({place.block + block_count(taken.at), place.point + taken.at.size()});
+    place_contacts(bodies, added, pair, place, taken);
+    apply_impulses(bodies, place.block);
+}
+
+/// The contacts of a pair that the solve holds; impacts are waited for, where the step stops at them.
+void ContactSolver::take(const Bodies& bodies, const PairContacts& pair, Taken& taken) const {
+    taken.at.clear();
+    taken.index.clear();
+    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
+        const Contact& contact = pair.manifold.contacts[i];
+        if (!stop_at_impacts_ || !is_impact(bodies, pair.manifold, contact, settings_)) {
+            taken.at.push_back(contact.at);
+            taken.index.push_back(static_cast<int>(i));
         }
     }
-    all_in_solve_ = all_in_solve_ && taken.size() == p.manifold.contacts.size();
-    const std::size_t first_block = loop_.blocks.size();
-    const std::size_t first_point = loop_.points.size();
-    loop_.blocks.resize(first_block + block_count(taken));
-    loop_.points.resize(first_point + taken.size());
-    contacts_.resize(first_point + taken.size());
-    place_contacts(bodies, p, pair, first_block, first_point);
-    for (std::size_t k = first_block; k < loop_.blocks.size(); ++k) {
+}
+
+void ContactSolver::resize(const Place& end) {
+    loop_.blocks.resize(end.block);
+    loop_.points.resize(end.point);
+    contacts_.resize(end.point);
+}
+
+/// Blocks, points and contacts of a pair, from `place` on.
+void ContactSolver::place_contacts(const Bodies& bodies, const PairContacts& pair, int pair_index, const Place& place,
+                                   const Taken& taken) {
+    for (std::size_t i = 0; i < taken.index.size(); ++i) {
+        contacts_[place.point + i] = {};
+        contacts_[place.point + i].pair = pair_index;
+        contacts_[place.point + i].index = taken.index[i];
+    }
+    loop_.place(place.block, place.point, bodies, pair.manifold.body_a, pair.manifold.body_b, taken.at, pair.material);
+    for (std::size_t k = 0; k < block_count(taken.at); ++k) {
+        start_block(bodies, pair, loop_.blocks[place.block + k]);
+    }
+}
+
+/// Gives the bodies the impulses that the blocks from `first` on start from.
+void ContactSolver::apply_impulses(const Bodies& bodies, std::size_t first) {
+    for (std::size_t k = first; k < loop_.blocks.size(); ++k) {
         const ContactBlock& block = loop_.blocks[k];
         apply_wrench(block, wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia, velocity_);
     }
@@ -332,151 +248,6 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
 double ContactSolver::part_of(double tolerance) const {
     return std::min(std::max(step_share_ * tolerance, gap_rounding), tolerance);
-}
-
-void ContactSolver::predict(const Bodies& bodies) {
-    loop_.share(bodies.props.size(), [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) {
-            predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
-            placed_[i] = PlacedBody(predicted_[i]);
-        }
-    });
-}
-
-/// How far the gaps between two flat features may be from linear in the velocity changes since they were measured [m]:
-/// turning and moving between two predicted poses, to second order.
-double ContactSolver::curvature_bound(const Bodies& bodies, int a, int b) const {
-    double bound = 0.0;
-    double turn = 0.0;
-    for (const int body : {a, b}) {
-        const auto i = static_cast<std::size_t>(body);
-        if (bodies.props[i].is_static()) {
-            continue;
-        }
-        const double w = std::max(velocity_[i].w.norm(), measured_[i].w.norm());
-        bound += (velocity_[i].w - measured_[i].w).norm() * w * bodies.props[i].bounding_radius;
-        turn += w;
-    }
-    const Vec3 moved = velocity_[static_cast<std::size_t>(a)].v - measured_[static_cast<std::size_t>(a)].v -
-                       velocity_[static_cast<std::size_t>(b)].v + measured_[static_cast<std::size_t>(b)].v;
-    return h_ * h_ * (bound + turn * moved.norm());
-}
-
-/// Gaps and displacements after the velocities changed: from the measurement before, where they are linear in the
-/// change to well within the tolerance, else measured again. Returns the largest error [m] of a gap.
-double ContactSolver::measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
-    double worst = 0.0;
-    for (const ContactBlock& block : loop_.blocks) {
-        if (block.count == 0) {
-            continue;
-        }
-        if (!block.is_flat || curvature_bound(bodies, block.a, block.b) > linear_share * settings_.tolerance) {
-            worst = std::max(worst, measure_block(bodies, pairs, block));
-            continue;
-        }
-        const Vec6 twist = relative_twist(block, velocity_);
-        for (int k = block.first; k < block.first + block.count; ++k) {
-            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-            const double missing = h_ * (point.u_n_target - normal_velocity(point, twist));
-            worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
-        }
-    }
-    return worst;
-}
-
-/// The same, eight blocks at a time.
-double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
-    unsure_.resize(loop_.batches.size());
-    std::atomic<double> worst = 0.0;
-    loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
-        raise_to(worst, check_batches({.batches = loop_.batches.data() + first,
-                                       .batch_count = last - first,
-                                       .points = loop_.batch_points.data(),
-                                       .velocity = velocity_.front().v.data(),
-                                       .measured = measured_.front().v.data(),
-                                       .radius = radius_.data(),
-                                       .h = h_,
-                                       .bend = linear_share * settings_.tolerance,
-                                       .unsure = unsure_.data() + first}));
-        for (std::size_t i = first; i < last; ++i) {
-            for (std::size_t lane = 0; unsure_[i] >> lane != 0; ++lane) {
-                if ((unsure_[i] >> lane & 1u) != 0) {
-                    const int block = loop_.batches[i].block[lane];
-                    raise_to(worst, measure_block(bodies, pairs, loop_.blocks[static_cast<std::size_t>(block)]));
-                }
-            }
-        }
-    });
-    return worst;
-}
-
-/// Displacement [m] in the block's tangents that this step takes back of the slip of earlier ones.
-Vec2 ContactSolver::owed_displacement(const ContactBlock& block, const ContactMemory& memory) const {
-    return relaxation_ * step_share_ * Vec2(memory.slip.dot(block.frame.col(0)), memory.slip.dot(block.frame.col(1)));
-}
-
-/// Gaps and displacements at the predicted poses, and the targets that close them (eq. 8: the velocity change
-/// d_n / h). Returns the largest error [m] of a gap, two-sided where the contact carries load.
-double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
-    std::atomic<double> worst = 0.0;
-    loop_.share(loop_.blocks.size(), [&](std::size_t first, std::size_t last) {
-        for (std::size_t k = first; k < last; ++k) {
-            raise_to(worst, measure_block(bodies, pairs, loop_.blocks[k]));
-        }
-    });
-    return worst;
-}
-
-double ContactSolver::measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs,
-                                    const ContactBlock& block) {
-    double worst = 0.0;
-    const PlacedBody& pose_a = placed_[static_cast<std::size_t>(block.a)];
-    const PlacedBody& pose_b = placed_[static_cast<std::size_t>(block.b)];
-    const Vec6 twist = relative_twist(block, velocity_);
-    const auto in_plane = [&](const Vec3& x) {
-        return Vec2(x.dot(block.frame.col(0)), x.dot(block.frame.col(1)));
-    };
-    for (int k = block.first; k < block.first + block.count; ++k) {
-        ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-        const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
-        const PairContacts& pair = pairs[static_cast<std::size_t>(contact.pair)];
-        const auto i = static_cast<std::size_t>(contact.index);
-        const ContactFeature& feature = pair.manifold.contacts[i].feature;
-        ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
-        if (feature.kind == FeatureKind::edges &&
-            (at.a - pose_a * contact.point_a).norm() >
-                wander_share * std::min(bodies.props[static_cast<std::size_t>(block.a)].bounding_radius,
-                                        bodies.props[static_cast<std::size_t>(block.b)].bounding_radius)) {
-            at.n = block.frame.col(2);
-            at.a = pose_a * contact.point_a;
-            at.b = pose_b * contact.point_b;
-            at.gap = at.n.dot(at.a - at.b);
-        }
-        const double missing = contact.gap_target - at.gap;
-        worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
-        point.u_n_target = normal_velocity(point, twist) + missing / h_;
-        if (!block.has_friction()) {
-            continue;
-        }
-        const Vec2 u_t = tangential_velocity(point, twist);
-        Vec2 d_t; // tangential displacement over the step
-        if (feature.rim_radius > 0.0) {
-            const ContactGeometry& start = pair.manifold.contacts[i].at;
-            const auto a = static_cast<std::size_t>(block.a);
-            const auto b = static_cast<std::size_t>(block.b);
-            d_t = in_plane(rolled(bodies.pose[a], predicted_[a], start.a, at.a) -
-                           rolled(bodies.pose[b], predicted_[b], start.b, at.b));
-        } else if (is_curved(feature)) {
-            // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at
-            // mid-step.
-            d_t = h_ * (u_t + in_plane(0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_)));
-        } else {
-            const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
-            d_t = in_plane(d - d.dot(at.n) * at.n);
-        }
-        point.u_t_target = u_t - (d_t + owed_displacement(block, pair.memory[i])) / h_;
-    }
-    return worst;
 }
 
 /// Sweeps over joints and contacts until nothing changes by more than `tolerance` [m/s]. Returns their
@@ -676,42 +447,6 @@ double ContactSolver::joint_rate(const Bodies& bodies) {
         interval.push_back(impulse_interval(weight, h_));
     }
     return joints_.fastest_rate(bodies, interval);
-}
-
-void sum_up(PairContacts& pair) {
-    pair.least_gap = std::numeric_limits<double>::infinity();
-    pair.was_ahead = false;
-    // At one point of both bodies, so that the pair's angular momentum is kept.
-    pair.owed_impulse.setZero();
-    pair.owed_moment.setZero();
-    for (std::size_t i = 0; i < pair.memory.size(); ++i) {
-        const ContactMemory& memory = pair.memory[i];
-        const ContactGeometry& at = pair.manifold.contacts[i].at;
-        pair.least_gap = std::min(pair.least_gap, at.gap);
-        pair.was_ahead = pair.was_ahead || memory.approach_speed > 0.0;
-        if (memory.p_n == 0.0 || memory.owed == 0.0) {
-            continue;
-        }
-        const Vec3 p = memory.owed * (memory.p_n * at.n + memory.p_t);
-        pair.owed_impulse += p;
-        pair.owed_moment += (0.5 * (at.a + at.b)).cross(p);
-    }
-}
-
-void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
-                  std::span<Velocity> velocity) {
-    for (const PairContacts& pair : pairs) {
-        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
-        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-        if (!only.empty() && only[a] == 0 && only[b] == 0) {
-            continue;
-        }
-        const Vec3& impulse = pair.owed_impulse;
-        velocity[a].v += bodies.props[a].inverse_mass * impulse;
-        velocity[b].v -= bodies.props[b].inverse_mass * impulse;
-        velocity[a].w += bodies.inverse_inertia[a] * (pair.owed_moment - bodies.pose[a].position.cross(impulse));
-        velocity[b].w -= bodies.inverse_inertia[b] * (pair.owed_moment - bodies.pose[b].position.cross(impulse));
-    }
 }
 
 /// Guendelman et al. 2003: level by level from the static bodies upward, each level's bodies then count as

@@ -1,50 +1,12 @@
 #pragma once
 /// Resting contacts at position level (Bender & Schmitt 2006, sec. 3.2): impulses at t0 such that the
-/// predicted gaps at t0 + h are closed, and the contacts of this step that a later step starts from.
+/// predicted gaps at t0 + h are closed. contact_measure.cpp has what is measured at the predicted poses.
 #include "sim/block_together.h"
+#include "sim/contact_memory.h"
 #include "sim/joint.h"
 #include "sim/scene_def.h"
 
 namespace sim {
-
-/// What a contact hands to the next step.
-struct ContactMemory {
-    std::uint64_t id = 0;
-    Vec3 core_a = Vec3::Zero(); ///< body frame of a [m]: finds the contact again where its id changed
-    double p_n = 0.0;           ///< [N s]
-    Vec3 p_t = Vec3::Zero();    ///< [N s], world
-    double interval = 0.0;      ///< time those impulses stood for [s]
-    double owed = 0.0;          ///< share [-] of them that the velocities before the next impulses still lack
-    double last_interval = 0.0; ///< [s] moved since; 0: they lack nothing (new, or after an impact)
-    bool is_sticking = false;
-    Vec3 slip = Vec3::Zero();    ///< d_t left over while sticking [m], world: without it a block creeps
-    Vec3 sliding = Vec3::Zero(); ///< mean sliding velocity of the step [m/s], world
-    double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
-    double energy_taken = 0.0;   ///< [J] taken away with it
-};
-
-/// Contacts of a pair as a step begins, matched with what the last step remembered of them.
-struct PairContacts {
-    Manifold manifold;
-    std::vector<ContactMemory> memory; ///< [manifold.contacts]
-    PairMaterial material;
-    double least_gap = 0.0;            ///< [m] of its contacts
-    bool was_ahead = false;            ///< a contact of it took an impact away that is to be given back
-    Vec3 owed_impulse = Vec3::Zero();  ///< [N s] on a: the owed share of the impulses remembered, at the present points
-    Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
-};
-
-/// Takes over, contact by contact, what `old` remembered: by feature id, else the nearest core within `reach`
-/// [m].
-void match_memory(std::span<const ContactMemory> old, PairContacts& pair, double reach);
-
-/// Sums up what the pair's contacts tell of it as a whole: the members after `material`.
-void sum_up(PairContacts& pair);
-
-/// Adds to the velocities before the next impulses what they lack to be those at the instant: the owed impulses. Only
-/// pairs with a body in `only` [body_count] unless that is empty.
-void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
-                  std::span<Velocity> velocity);
 
 /// A resting contact in the solve, beside its ContactPoint.
 struct RestingContact {
@@ -102,9 +64,21 @@ public:
 private:
     double part_of(double tolerance) const;
     void predict(const Bodies& bodies);
-    bool takes(const Bodies& bodies, const PairContacts& pair, std::size_t contact) const;
-    void place_contacts(const Bodies& bodies, const PairContacts& pair, int pair_index, std::size_t first_block,
-                        std::size_t first_point);
+    /// Contacts of one pair.
+    struct Taken {
+        std::vector<ContactGeometry> at;
+        std::vector<int> index; ///< into the pair's contacts
+    };
+    /// Indices of a block and a point.
+    struct Place {
+        std::size_t block = 0;
+        std::size_t point = 0;
+    };
+    void take(const Bodies& bodies, const PairContacts& pair, Taken& taken) const;
+    void resize(const Place& end);
+    void place_contacts(const Bodies& bodies, const PairContacts& pair, int pair_index, const Place& place,
+                        const Taken& taken);
+    void apply_impulses(const Bodies& bodies, std::size_t first);
     void start_block(const Bodies& bodies, const PairContacts& pair, ContactBlock& block);
     double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     void remember_block(const ContactBlock& block, std::vector<PairContacts>& pairs) const;
@@ -132,12 +106,6 @@ private:
     std::vector<Velocity> measured_; ///< those of the first measurement of this solve
     std::vector<double> radius_;     ///< [m] of the bodies around their centres of mass; static: 0
     std::vector<unsigned> unsure_;   ///< lanes of the batches that are to be measured again
-    /// [pairs] blocks and points of the pairs before each one.
-    struct Places {
-        std::size_t blocks = 0;
-        std::size_t points = 0;
-    };
-    std::vector<Places> places_;
     bool all_in_solve_ = true; ///< no contact was left out or dropped
     std::vector<Pose> predicted_;
     std::vector<PlacedBody> placed_; ///< the same, with rotation matrices

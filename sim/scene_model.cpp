@@ -1,5 +1,7 @@
 #include "sim/scene_model.h"
 
+#include "sim/integrate.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -61,10 +63,9 @@ bool is_convex_part(const BodyDef& body) {
     return has_part<Cylinder>(body.shape) || has_part<Capsule>(body.shape) || has_part<Hull>(body.shape);
 }
 
-/// Moments that differ: a free rotation is then no rotation about a fixed axis (sim/integrate.cpp).
+/// A free rotation is then no rotation about a fixed axis (sim/integrate.cpp).
 bool has_unequal_moments(const BodyDef& body) {
-    const Mat3 rest = body.mass.inertia - body.mass.inertia.trace() / 3.0 * Mat3::Identity();
-    return !body.is_static() && rest.norm() > 1e-12 * body.mass.inertia.norm();
+    return !body.is_static() && make_body_props(body).inertia_kind != InertiaKind::spherical;
 }
 
 std::string joints_of(const SceneDef& scene) {

@@ -218,9 +218,10 @@ shape = { kind = "hull", file = "rock.obj" } # of a scanner
 position = [0, 0, 2]
 )";
 
-/// Writes a scene and its OBJ file, and loads it.
+/// Writes a scene and its OBJ file into a folder of the test's own, for tests run side by side; and loads it.
 SceneDef load_with_obj(const std::string& obj) {
-    const std::filesystem::path folder = std::filesystem::path(TUMBLE_OUT_DIR) / "test_obj";
+    const std::filesystem::path folder = std::filesystem::path(TUMBLE_OUT_DIR) / "test_obj" /
+                                         testing::UnitTest::GetInstance()->current_test_info()->name();
     std::filesystem::create_directories(folder);
     write_file(folder / "rock.obj", obj);
     write_file(folder / "scene.toml", obj_scene);

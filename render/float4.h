@@ -1,0 +1,25 @@
+#pragma once
+/// Four numbers at a time: vectors as g++ and clang++ have them on every processor.
+#include <bit>
+#include <cstdint>
+
+namespace render {
+
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+inline Float4 all(float x) {
+    return Float4{x, x, x, x};
+}
+inline Int4 all(std::int32_t x) {
+    return Int4{x, x, x, x};
+}
+/// a where all bits of the mask are set, b where none is.
+inline Int4 chosen(Int4 mask, Int4 a, Int4 b) {
+    return (mask & a) | (~mask & b);
+}
+inline Float4 chosen(Int4 mask, Float4 a, Float4 b) {
+    return std::bit_cast<Float4>(chosen(mask, std::bit_cast<Int4>(a), std::bit_cast<Int4>(b)));
+}
+
+} // namespace render

@@ -1,0 +1,178 @@
+#include "sim/contact_solver.h"
+
+#include "sim/integrate.h"
+#include "sim/time_of_impact.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+namespace sim {
+namespace {
+
+/// Flat contacts are not measured again where that changes gaps by less than this share [-] of the tolerance.
+constexpr double linear_share = 0.02;
+
+/// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
+/// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
+/// then; the check after the move sees what that leaves.
+constexpr double wander_share = 0.02;
+
+/// What a body's surface moves [m] where it touches, while the point of contact wanders over it: the body's mean
+/// motion at the mean arm. from, to: poses at both ends of the interval; touch: points of contact there.
+Vec3 rolled(const Pose& from, const Pose& to, const Vec3& touch_from, const Vec3& touch_to) {
+    const Quat turn = to.orientation * from.orientation.conjugate();
+    const double sine = turn.vec().norm(); // of half the angle
+    const Vec3 angle = sine > 0.0 ? Vec3(turn.vec() * (2.0 * std::atan(sine / turn.w()) / sine)) : Vec3(Vec3::Zero());
+    const Vec3 arm = 0.5 * (touch_from - from.position + touch_to - to.position);
+    return to.position - from.position + angle.cross(arm);
+}
+
+} // namespace
+
+void ContactSolver::predict(const Bodies& bodies) {
+    loop_.share(bodies.props.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
+            placed_[i] = PlacedBody(predicted_[i]);
+        }
+    });
+}
+
+/// How far the gaps between two flat features may be from linear in the velocity changes since they were measured [m]:
+/// turning and moving between two predicted poses, to second order.
+double ContactSolver::curvature_bound(const Bodies& bodies, int a, int b) const {
+    double bound = 0.0;
+    double turn = 0.0;
+    for (const int body : {a, b}) {
+        const auto i = static_cast<std::size_t>(body);
+        if (bodies.props[i].is_static()) {
+            continue;
+        }
+        const double w = std::max(velocity_[i].w.norm(), measured_[i].w.norm());
+        bound += (velocity_[i].w - measured_[i].w).norm() * w * bodies.props[i].bounding_radius;
+        turn += w;
+    }
+    const Vec3 moved = velocity_[static_cast<std::size_t>(a)].v - measured_[static_cast<std::size_t>(a)].v -
+                       velocity_[static_cast<std::size_t>(b)].v + measured_[static_cast<std::size_t>(b)].v;
+    return h_ * h_ * (bound + turn * moved.norm());
+}
+
+/// Gaps and displacements after the velocities changed: from the measurement before, where they are linear in the
+/// change to well within the tolerance, else measured again. Returns the largest error [m] of a gap.
+double ContactSolver::measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+    double worst = 0.0;
+    for (const ContactBlock& block : loop_.blocks) {
+        if (block.count == 0) {
+            continue;
+        }
+        if (!block.is_flat || curvature_bound(bodies, block.a, block.b) > linear_share * settings_.tolerance) {
+            worst = std::max(worst, measure_block(bodies, pairs, block));
+            continue;
+        }
+        const Vec6 twist = relative_twist(block, velocity_);
+        for (int k = block.first; k < block.first + block.count; ++k) {
+            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
+            const double missing = h_ * (point.u_n_target - normal_velocity(point, twist));
+            worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
+        }
+    }
+    return worst;
+}
+
+/// The same, eight blocks at a time.
+double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+    unsure_.resize(loop_.batches.size());
+    std::atomic<double> worst = 0.0;
+    loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
+        raise_to(worst, check_batches({.batches = loop_.batches.data() + first,
+                                       .batch_count = last - first,
+                                       .points = loop_.batch_points.data(),
+                                       .velocity = velocity_.front().v.data(),
+                                       .measured = measured_.front().v.data(),
+                                       .radius = radius_.data(),
+                                       .h = h_,
+                                       .bend = linear_share * settings_.tolerance,
+                                       .unsure = unsure_.data() + first}));
+        for (std::size_t i = first; i < last; ++i) {
+            for (std::size_t lane = 0; unsure_[i] >> lane != 0; ++lane) {
+                if ((unsure_[i] >> lane & 1u) != 0) {
+                    const int block = loop_.batches[i].block[lane];
+                    raise_to(worst, measure_block(bodies, pairs, loop_.blocks[static_cast<std::size_t>(block)]));
+                }
+            }
+        }
+    });
+    return worst;
+}
+
+/// Displacement [m] in the block's tangents that this step takes back of the slip of earlier ones.
+Vec2 ContactSolver::owed_displacement(const ContactBlock& block, const ContactMemory& memory) const {
+    return relaxation_ * step_share_ * Vec2(memory.slip.dot(block.frame.col(0)), memory.slip.dot(block.frame.col(1)));
+}
+
+/// Gaps and displacements at the predicted poses, and the targets that close them (eq. 8: the velocity change
+/// d_n / h). Returns the largest error [m] of a gap, two-sided where the contact carries load.
+double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+    std::atomic<double> worst = 0.0;
+    loop_.share(loop_.blocks.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            raise_to(worst, measure_block(bodies, pairs, loop_.blocks[k]));
+        }
+    });
+    return worst;
+}
+
+double ContactSolver::measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs,
+                                    const ContactBlock& block) {
+    double worst = 0.0;
+    const PlacedBody& pose_a = placed_[static_cast<std::size_t>(block.a)];
+    const PlacedBody& pose_b = placed_[static_cast<std::size_t>(block.b)];
+    const Vec6 twist = relative_twist(block, velocity_);
+    const auto in_plane = [&](const Vec3& x) {
+        return Vec2(x.dot(block.frame.col(0)), x.dot(block.frame.col(1)));
+    };
+    for (int k = block.first; k < block.first + block.count; ++k) {
+        ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
+        const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
+        const PairContacts& pair = pairs[static_cast<std::size_t>(contact.pair)];
+        const auto i = static_cast<std::size_t>(contact.index);
+        const ContactFeature& feature = pair.manifold.contacts[i].feature;
+        ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
+        if (feature.kind == FeatureKind::edges &&
+            (at.a - pose_a * contact.point_a).norm() >
+                wander_share * std::min(bodies.props[static_cast<std::size_t>(block.a)].bounding_radius,
+                                        bodies.props[static_cast<std::size_t>(block.b)].bounding_radius)) {
+            at.n = block.frame.col(2);
+            at.a = pose_a * contact.point_a;
+            at.b = pose_b * contact.point_b;
+            at.gap = at.n.dot(at.a - at.b);
+        }
+        const double missing = contact.gap_target - at.gap;
+        worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
+        point.u_n_target = normal_velocity(point, twist) + missing / h_;
+        if (!block.has_friction()) {
+            continue;
+        }
+        const Vec2 u_t = tangential_velocity(point, twist);
+        Vec2 d_t; // tangential displacement over the step
+        if (feature.rim_radius > 0.0) {
+            const ContactGeometry& start = pair.manifold.contacts[i].at;
+            const auto a = static_cast<std::size_t>(block.a);
+            const auto b = static_cast<std::size_t>(block.b);
+            d_t = in_plane(rolled(bodies.pose[a], predicted_[a], start.a, at.a) -
+                           rolled(bodies.pose[b], predicted_[b], start.b, at.b));
+        } else if (is_curved(feature)) {
+            // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at
+            // mid-step.
+            d_t = h_ * (u_t + in_plane(0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_)));
+        } else {
+            const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
+            d_t = in_plane(d - d.dot(at.n) * at.n);
+        }
+        point.u_t_target = u_t - (d_t + owed_displacement(block, pair.memory[i])) / h_;
+    }
+    return worst;
+}
+
+} // namespace sim

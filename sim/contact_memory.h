@@ -1,0 +1,46 @@
+#pragma once
+/// What contacts remember from step to step, pair by pair.
+#include "sim/contact_block.h"
+
+namespace sim {
+
+/// What a contact hands to the next step.
+struct ContactMemory {
+    std::uint64_t id = 0;
+    Vec3 core_a = Vec3::Zero(); ///< body frame of a [m]: finds the contact again where its id changed
+    double p_n = 0.0;           ///< [N s]
+    Vec3 p_t = Vec3::Zero();    ///< [N s], world
+    double interval = 0.0;      ///< time those impulses stood for [s]
+    double owed = 0.0;          ///< share [-] of them that the velocities before the next impulses still lack
+    double last_interval = 0.0; ///< [s] moved since; 0: they lack nothing (new, or after an impact)
+    bool is_sticking = false;
+    Vec3 slip = Vec3::Zero();    ///< d_t left over while sticking [m], world: without it a block creeps
+    Vec3 sliding = Vec3::Zero(); ///< mean sliding velocity of the step [m/s], world
+    double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
+    double energy_taken = 0.0;   ///< [J] taken away with it
+};
+
+/// Contacts of a pair as a step begins, matched with what the last step remembered of them.
+struct PairContacts {
+    Manifold manifold;
+    std::vector<ContactMemory> memory; ///< [manifold.contacts]
+    PairMaterial material;
+    double least_gap = 0.0;            ///< [m] of its contacts
+    bool was_ahead = false;            ///< a contact of it took an impact away that is to be given back
+    Vec3 owed_impulse = Vec3::Zero();  ///< [N s] on a: the owed share of the impulses remembered, at the present points
+    Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
+};
+
+/// Takes over, contact by contact, what `old` remembered: by feature id, else the nearest core within `reach`
+/// [m].
+void match_memory(std::span<const ContactMemory> old, PairContacts& pair, double reach);
+
+/// Sums up what the pair's contacts tell of it as a whole: the members after `material`.
+void sum_up(PairContacts& pair);
+
+/// Adds to the velocities before the next impulses what they lack to be those at the instant: the owed impulses. Only
+/// pairs with a body in `only` [body_count] unless that is empty.
+void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
+                  std::span<Velocity> velocity);
+
+} // namespace sim
