@@ -9,6 +9,7 @@ extern "C" {
 }
 
 #include <memory>
+#include <mutex>
 
 namespace render {
 
@@ -55,5 +56,11 @@ public:
 private:
     AVDictionary* options_ = nullptr;
 };
+
+/// libav writes to stderr by itself; what matters arrives as a return value.
+inline void quiet_libav() {
+    static std::once_flag quiet;
+    std::call_once(quiet, [] { av_log_set_level(AV_LOG_QUIET); });
+}
 
 } // namespace render

@@ -109,7 +109,7 @@ Image read_image(const std::filesystem::path& path) {
         stbi_load(path.string().c_str(), &width, &height, &channels, 3));
     if (pixels == nullptr) {
         throw sim::Error(sim::ExitCode::io,
-                         path.string() + ": cannot read the picture: " + stbi_failure_reason());
+                         "cannot read " + path.string() + ": no picture, or not a whole one");
     }
     Image image(width, height);
     std::memcpy(image.rgb.data(), pixels.get(), image.rgb.size());

@@ -31,8 +31,10 @@ struct VideoReader::Impl {
     Scaler scaler; // for the size and pixel format of the last frame
     bool is_at_end = false;
 
-    explicit Impl(const std::filesystem::path& p) : path(p), frame(av_frame_alloc()), packet(av_packet_alloc()) {
+    explicit Impl(const std::filesystem::path& p)
+        : path(p), frame(av_frame_alloc()), packet(av_packet_alloc()) {
         CHECK(frame != nullptr && packet != nullptr);
+        quiet_libav();
         AVFormatContext* raw = nullptr;
         check(avformat_open_input(&raw, path.c_str(), nullptr, nullptr));
         format.reset(raw);
@@ -42,6 +44,8 @@ struct VideoReader::Impl {
         codec.reset(avcodec_alloc_context3(decoder));
         CHECK(codec != nullptr);
         check(avcodec_parameters_to_context(codec.get(), raw->streams[stream]->codecpar));
+        codec->err_recognition =
+            AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_EXPLODE; // a damaged frame is an error
         check(avcodec_open2(codec.get(), decoder, nullptr));
     }
 
@@ -93,17 +97,18 @@ struct VideoReader::Impl {
 
     // To RGB by the matrix and range the frame is tagged with; BT.709, limited, where it is not.
     void convert(Image& image) {
-        scaler.reset(sws_getCachedContext(scaler.release(), frame->width, frame->height,
-                                          static_cast<AVPixelFormat>(frame->format), frame->width, frame->height,
-                                          AV_PIX_FMT_RGB24, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT,
-                                          nullptr, nullptr, nullptr));
+        scaler.reset(sws_getCachedContext(
+            scaler.release(), frame->width, frame->height, static_cast<AVPixelFormat>(frame->format),
+            frame->width, frame->height, AV_PIX_FMT_RGB24,
+            SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, nullptr, nullptr, nullptr));
         if (scaler == nullptr) {
             fail("its pixel format is not known");
         }
-        const int space = frame->colorspace == AVCOL_SPC_UNSPECIFIED ? int{SWS_CS_ITU709} : int{frame->colorspace};
+        const int space =
+            frame->colorspace == AVCOL_SPC_UNSPECIFIED ? int{SWS_CS_ITU709} : int{frame->colorspace};
         const int* to_rgb = sws_getCoefficients(space);
-        sws_setColorspaceDetails(scaler.get(), to_rgb, frame->color_range == AVCOL_RANGE_JPEG ? 1 : 0, to_rgb, 1, 0,
-                                 1 << 16, 1 << 16);
+        sws_setColorspaceDetails(scaler.get(), to_rgb, frame->color_range == AVCOL_RANGE_JPEG ? 1 : 0, to_rgb,
+                                 1, 0, 1 << 16, 1 << 16);
         if (image.width != frame->width || image.height != frame->height) {
             image = Image(frame->width, frame->height);
         }

@@ -12,7 +12,6 @@ extern "C" {
 #include <array>
 #include <cstring>
 #include <limits>
-#include <mutex>
 
 namespace render {
 
@@ -250,9 +249,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
                          const VideoSettings& settings)
     : impl_(std::make_unique<Impl>(path, width, height)) {
     CHECK(width >= 1 && height >= 1);
-    // libav writes to stderr by itself; what matters arrives as a return value.
-    static std::once_flag quiet;
-    std::call_once(quiet, [] { av_log_set_level(AV_LOG_QUIET); });
+    quiet_libav();
     impl_->open_file();
     impl_->open_codec(settings);
     impl_->write_header(settings);

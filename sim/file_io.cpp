@@ -18,6 +18,7 @@ namespace sim {
 namespace {
 
 constexpr std::size_t chunk_size = 1 << 16; // [byte] read at a time
+constexpr std::size_t most_text = 1 << 28;  // [byte] of a file read as a whole: 256 MiB
 
 [[noreturn]] void fail(const char* what, const std::filesystem::path& path, int error_number) {
     throw Error(ExitCode::io,
@@ -120,7 +121,8 @@ void rename_part(const std::filesystem::path& path) {
 
 /// The part file, then what makes it whole; removes it if either fails.
 template <class Commit>
-void write_part(const std::filesystem::path& path, std::span<const std::uint8_t> bytes, const Commit& commit) {
+void write_part(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
+                const Commit& commit) {
     const std::filesystem::path part = part_path(path);
     try {
         Descriptor file(part, O_WRONLY | O_CREAT | O_TRUNC, "write", path);
@@ -141,6 +143,9 @@ std::string read_text_file(const std::filesystem::path& path) {
     std::array<char, chunk_size> buffer;
     while (const std::size_t n = file.read(buffer)) {
         text.append(buffer.data(), n);
+        if (text.size() > most_text) {
+            throw Error(ExitCode::io, "cannot read " + path.string() + ": it is larger than 256 MiB");
+        }
     }
     return text;
 }

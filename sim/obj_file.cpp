@@ -22,6 +22,9 @@ bool read_number(const std::string& word, double& x) {
 
 std::vector<Vec3> obj_points(const std::string& text, const std::string& file) {
     std::vector<Vec3> points;
+    if (text.find('\0') != std::string::npos) {
+        throw Error(ExitCode::usage, file + ": no text, expected lines such as 'v 0.1 0.2 0.3'");
+    }
     std::istringstream lines(text);
     int number = 0;
     for (std::string line; std::getline(lines, line);) {
@@ -34,12 +37,13 @@ std::vector<Vec3> obj_points(const std::string& text, const std::string& file) {
         Vec3 point;
         for (int k = 0; k < 3; ++k) {
             if (!(words >> word)) {
-                throw Error(ExitCode::usage,
-                            fmt::format("{}:{}: v is followed by {} numbers, expected three", file, number, k));
+                throw Error(ExitCode::usage, fmt::format("{}:{}: v is followed by {} numbers, expected three",
+                                                         file, number, k));
             }
             if (!read_number(word, point[k])) {
-                throw Error(ExitCode::usage,
-                            fmt::format("{}:{}: '{}' stands after v, expected a finite number", file, number, word));
+                throw Error(
+                    ExitCode::usage,
+                    fmt::format("{}:{}: '{}' stands after v, expected a finite number", file, number, word));
             }
         }
         points.push_back(point);

@@ -1,5 +1,5 @@
-/// A baseline is the folder BASELINES/SCENE/common or BASELINES/SCENE/RENDERER: pictures and baseline.json, which says
-/// how they were made.
+/// A baseline is the folder BASELINES/SCENE/common or BASELINES/SCENE/RENDERER: pictures and baseline.json,
+/// which says how they were made.
 #include "render/cmd/baseline.h"
 
 #include "render/body_image.h"
@@ -9,6 +9,7 @@
 #include "render/compare/sequence.h"
 #include "render/film.h"
 #include "render/gl_context.h"
+#include "render/memory.h"
 #include "render/renderer.h"
 #include "render/shader.h"
 #include "sim/error.h"
@@ -57,8 +58,8 @@ std::optional<Record> read_record(const fs::path& folder) {
     try {
         const nlohmann::json json = nlohmann::json::parse(text);
         Record record;
-        record.origin = {json.at("program"), json.at("scene_name"), json.at("state_hash"), json.at("shaders_hash"),
-                         json.at("renderer")};
+        record.origin = {json.at("program"), json.at("scene_name"), json.at("state_hash"),
+                         json.at("shaders_hash"), json.at("renderer")};
         json.at("scene_text").get_to(record.scene_text);
         json.at("overrides").get_to(record.overrides);
         json.at("frames").get_to(record.frames);
@@ -70,15 +71,12 @@ std::optional<Record> read_record(const fs::path& folder) {
 }
 
 void write_record(const fs::path& folder, const Record& record) {
-    const nlohmann::ordered_json json = {{"program", record.origin.program},
-                                         {"scene_name", record.origin.scene},
-                                         {"state_hash", record.origin.state_hash},
-                                         {"shaders_hash", record.origin.shaders_hash},
-                                         {"renderer", record.origin.renderer},
-                                         {"frames", record.frames},
-                                         {"has_body_ids", record.has_body_ids},
-                                         {"overrides", record.overrides},
-                                         {"scene_text", record.scene_text}};
+    const nlohmann::ordered_json json = {
+        {"program", record.origin.program},       {"scene_name", record.origin.scene},
+        {"state_hash", record.origin.state_hash}, {"shaders_hash", record.origin.shaders_hash},
+        {"renderer", record.origin.renderer},     {"frames", record.frames},
+        {"has_body_ids", record.has_body_ids},    {"overrides", record.overrides},
+        {"scene_text", record.scene_text}};
     sim::write_file(folder / record_name,
                     json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
@@ -86,7 +84,8 @@ void write_record(const fs::path& folder, const Record& record) {
 /// The renderer string as a folder's name.
 std::string folder_name(std::string renderer) {
     for (char& c : renderer) {
-        const bool is_kept = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.';
+        const bool is_kept =
+            (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.';
         c = is_kept ? c : '_';
     }
     return renderer;
@@ -113,7 +112,8 @@ std::vector<std::int64_t> parse_frames(const std::string& text) {
         const auto [next, error] = std::from_chars(at, end, frame);
         if (error != std::errc() || frame < 0 || (!frames.empty() && frame <= frames.back()) ||
             (next != end && *next != ',')) {
-            throw Error(ExitCode::usage, fmt::format("--frames '{}': expected ascending numbers such as 0,5,10", text));
+            throw Error(ExitCode::usage,
+                        fmt::format("--frames '{}': expected ascending numbers such as 0,5,10", text));
         }
         frames.push_back(frame);
         if (next == end) {
@@ -130,17 +130,21 @@ void make_empty_folder(const fs::path& folder) {
         fs::create_directories(folder, error);
     }
     if (error) {
-        throw Error(ExitCode::io, fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
+        throw Error(ExitCode::io,
+                    fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
     }
 }
 
 /// Simulates to the last of the frames, draws them into the folder, and enters in the record what made them.
 void draw(const sim::SceneDef& scene, const fs::path& folder, Record& record) {
+    render::require_memory(scene.output.width, scene.output.height);
     make_empty_folder(folder);
     record.scene_text = scene.text;
     sim::World world(scene, 1);
-    render::Renderer renderer(scene, scene.output.width, scene.output.height, render::render_settings(scene.output));
-    record.origin = {"tumble " TUMBLE_VERSION, scene.name, "", render::shaders_hash(), renderer.renderer_string()};
+    render::Renderer renderer(scene, scene.output.width, scene.output.height,
+                              render::render_settings(scene.output));
+    record.origin = {"tumble " TUMBLE_VERSION, scene.name, "", render::shaders_hash(),
+                     renderer.renderer_string()};
     for (const std::int64_t frame : record.frames) {
         const std::int64_t step = sim::step_of_frame(frame, scene.output.fps, scene.step.time_step);
         while (world.step_index() < step) {
@@ -168,8 +172,8 @@ diff::Source source_of(const fs::path& folder, const Record& record) {
 }
 
 /// Draws one scene as its baseline was drawn, and compares.
-diff::Case check_scene(const std::string& file, const BaselineOptions& options, const CompareOptions& comparing,
-                       const std::string& renderer) {
+diff::Case check_scene(const std::string& file, const BaselineOptions& options,
+                       const CompareOptions& comparing, const std::string& renderer) {
     const std::string name = sim::load_scene(file).name;
     const fs::path folder = find_baseline(options.folder, name, renderer);
     const std::optional<Record> reference = read_record(folder);
@@ -191,8 +195,8 @@ diff::Case check_scene(const std::string& file, const BaselineOptions& options, 
     const diff::Settings settings = compare_settings(comparing);
     diff::Case result = diff::compare_sources(name, before, now, settings, nullptr);
     if (!reference) {
-        result.message = fmt::format("no baseline {}: look at {}, then tumble baseline update {}", folder.string(),
-                                     drawn.string(), file);
+        result.message = fmt::format("no baseline {}: look at {}, then tumble baseline update {}",
+                                     folder.string(), drawn.string(), file);
     }
     result.reference = folder.string();
     result.candidate = file;
@@ -230,6 +234,7 @@ void update(const BaselineOptions& options) {
             changes.size = options.size.empty() ? default_size : options.size;
             changes.assignments = options.assignments;
             record.overrides = overrides_of(changes);
+            load_scene(file, changes); // what is wrong with --size is told by its name
         }
         if (!options.frames.empty()) {
             record.frames = parse_frames(options.frames);
@@ -271,9 +276,12 @@ void add_baseline_verbs(CLI::App& baseline, BaselineOptions& options, const std:
     CLI::App* check_verb = add("check", "Draw what the baselines show, and compare; changes no baseline");
     check_verb->add_option("--report", options.report, "Folder for the report (default: out/baselines)")
         ->type_name("DIR");
-    check_verb->add_option("--fail-on", options.fail_on, "identical, noise or changed (default)")->type_name("TIER");
+    check_verb->add_option("--fail-on", options.fail_on, "identical, noise or changed (default)")
+        ->type_name("TIER");
     check_verb->add_option("--junit", options.junit, "Writes JUnit's XML too")->type_name("FILE");
-    check_verb->add_option("--limits", options.limits, "Limits of the gates, as tumble compare --calibrate prints them")
+    check_verb
+        ->add_option("--limits", options.limits,
+                     "Limits of the gates, as tumble compare --calibrate prints them")
         ->type_name("FILE");
     check_verb->add_flag("--json", options.prints_json, "Prints the result as JSON");
     check_verb->final_callback([&options, &command, &code] { code = check(options, command); });
@@ -284,9 +292,11 @@ void add_baseline_verbs(CLI::App& baseline, BaselineOptions& options, const std:
     update_verb->add_option("--set", options.assignments, "Sets a key of the scene for its baseline")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
-    update_verb->add_option("--frames", options.frames, "Frames that are kept, such as 0,5,10 (new baselines: 0)")
+    update_verb
+        ->add_option("--frames", options.frames, "Frames that are kept, such as 0,5,10 (new baselines: 0)")
         ->type_name("LIST");
-    update_verb->add_flag("--body-ids", options.has_body_ids, "Keeps which body each pixel shows: reports name bodies");
+    update_verb->add_flag("--body-ids", options.has_body_ids,
+                          "Keeps which body each pixel shows: reports name bodies");
     update_verb->add_flag("--for-this-renderer", options.is_for_this_renderer,
                           "Beside the common baseline, for machines with this OpenGL only");
     update_verb->final_callback([&options] { update(options); });

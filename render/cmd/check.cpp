@@ -8,7 +8,7 @@ namespace cmd {
 
 void check_scenes(const Options& options) {
     for (const std::string& input : options.inputs) {
-        const sim::SceneDef scene = load_with_preset(options, input);
+        const sim::SceneDef scene = load_scene(input, options);
         if (!options.is_quiet) {
             std::fputs(sim::describe_scene(scene).c_str(), stdout);
         }

@@ -1,6 +1,7 @@
 #include "render/cmd/compare.h"
 
 #include "render/cmd/interrupt.h"
+#include "render/cmd/usage.h"
 #include "render/compare/limits_file.h"
 #include "render/compare/report.h"
 #include "render/compare/side_by_side.h"
@@ -92,19 +93,27 @@ int finish_comparison(const CompareOptions& options, diff::Comparison& compariso
     } else if (!options.is_quiet) {
         std::fputs(diff::to_text(comparison).c_str(), stdout);
     }
+    for (const diff::Case& result : comparison.cases) {
+        if (options.is_quiet && result.status != diff::Status::compared) {
+            std::fprintf(stderr, "tumble: %s: %s\n", result.name.c_str(), result.message.c_str());
+        }
+    }
     return comparison.exit_code;
 }
 
 void add_compare_options(CLI::App& verb, CompareOptions& options) {
-    verb.add_option("REFERENCE", options.reference, "A picture, a folder of frames, a run's folder, or a film")
+    verb.add_option("REFERENCE", options.reference,
+                    "A picture, a folder of frames, a run's folder, or a film")
         ->required()
         ->type_name("");
     verb.add_option("CANDIDATE", options.candidate, "What is compared with it, of the same kind")
         ->required()
         ->type_name("");
-    verb.add_option("--fail-on", options.fail_on, "Fails from this tier on: identical, noise or changed (default)")
+    verb.add_option("--fail-on", options.fail_on,
+                    "Fails from this tier on: identical, noise or changed (default)")
         ->type_name("TIER");
-    verb.add_option("--mask", options.masks, "Leaves out X,Y,WIDTH,HEIGHT [px] or the bright pixels of a picture")
+    verb.add_option("--mask", options.masks,
+                    "Leaves out X,Y,WIDTH,HEIGHT [px] or the bright pixels of a picture")
         ->type_name("RECT|FILE")
         ->allow_extra_args(false);
     verb.add_option("--ignore-body", options.ignored_bodies,
@@ -117,7 +126,7 @@ void add_compare_options(CLI::App& verb, CompareOptions& options) {
         ->type_name("FILE");
     verb.add_option("--threads", options.threads, "Pairs at a time; the result does not depend on it")
         ->type_name("N")
-        ->check(CLI::Range(1, 1024));
+        ->check(whole_number(1, 1024));
     verb.add_flag("--json", options.prints_json, "Prints the result as JSON");
     verb.add_flag("--calibrate", options.calibrates,
                   "Prints the limits under which these two, known to be good, differ by noise only");
@@ -128,7 +137,8 @@ bool needs_films(const CompareOptions& options) {
     const auto is_film_source = [&options](const std::string& path) {
         try {
             const diff::SourceKind kind = diff::find_source(path).kind;
-            return kind == diff::SourceKind::film || (kind == diff::SourceKind::frames && !options.report.empty());
+            return kind == diff::SourceKind::film ||
+                   (kind == diff::SourceKind::frames && !options.report.empty());
         } catch (const Error&) {
             return false; // said when it is compared
         }

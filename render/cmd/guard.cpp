@@ -3,6 +3,8 @@
 #include "render/cmd/interrupt.h"
 #include "sim/error.h"
 
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -13,8 +15,18 @@ namespace {
 
 using sim::ExitCode;
 
+/// One line: what a file or an argument holds of control characters, as \xNN.
+std::string printable(const std::string& text) {
+    std::string line;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        line += byte < 0x20 || byte == 0x7f ? fmt::format("\\x{:02x}", byte) : std::string(1, c);
+    }
+    return line;
+}
+
 int fail(ExitCode code, const char* message) {
-    std::fprintf(stderr, "tumble: %s\n", message);
+    std::fprintf(stderr, "tumble: %s\n", printable(message).c_str());
     return static_cast<int>(code);
 }
 
@@ -31,7 +43,11 @@ std::string command_line(int argc, char** argv) {
 int guarded(const std::function<int()>& program) {
     catch_interrupts();
     try {
-        return program();
+        const int code = program();
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+            throw sim::Error(ExitCode::io, "cannot write to the standard output");
+        }
+        return code;
     } catch (const sim::Error& error) {
         return fail(error.code(), error.what());
     } catch (const std::bad_alloc&) {

@@ -3,8 +3,8 @@
 
 namespace cmd {
 
-/// From now on these signals no longer end the program, nor does a write beyond the file size limit: it
-/// fails.
+/// From now on these signals no longer end the program at once, but after a second, if it has not ended by
+/// itself; nor does a write beyond the file size limit: it fails.
 void catch_interrupts();
 
 /// True once one of them has arrived.

@@ -4,6 +4,7 @@
 #include "render/cmd/progress.h"
 #include "render/cmd/run_record.h"
 #include "render/film.h"
+#include "render/memory.h"
 #include "sim/error.h"
 #include "sim/scene_file.h"
 
@@ -75,6 +76,7 @@ void join_frames(const Options& options) {
         frame_paths(options.inputs, sim::frame_count(output.duration, output.fps));
     const fs::path folder =
         options.out.empty() ? fs::path(options.inputs.front()) : options.out / fs::path(scene.name);
+    render::require_memory(output.width, output.height);
     const Workplace workplace(folder);
     const std::string name = scene.name + ".mp4";
     workplace.remove_file(name);
@@ -98,7 +100,8 @@ void join_frames(const Options& options) {
     video.finish();
     progress.clear();
     render::make_stills(
-        scene, stills_of(options), [&](std::int64_t frame) { return paths[static_cast<std::size_t>(frame)]; }, folder);
+        scene, stills_of(options), [&](std::int64_t frame) { return paths[static_cast<std::size_t>(frame)]; },
+        folder);
     if (!options.is_quiet) {
         std::printf("%s: %zu frames joined; in %s\n", scene.name.c_str(), paths.size(),
                     (folder / name).c_str());

@@ -1,9 +1,11 @@
 #include "render/cmd/options.h"
 
+#include "render/cmd/usage.h"
+#include "render/study/preset.h"
 #include "sim/error.h"
 #include "sim/rational.h"
 #include "sim/scene_file.h"
-#include "render/study/preset.h"
+#include "sim/scene_tree.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -11,6 +13,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <string_view>
 #include <thread>
@@ -69,9 +72,33 @@ std::string assign_number(const char* key, const char* option, const std::string
 std::string toml_text(std::string_view text) {
     std::string result = "\"";
     for (const char letter : text) {
-        result += letter == '"' || letter == '\\' ? std::string("\\") + letter : std::string(1, letter);
+        const auto byte = static_cast<unsigned char>(letter);
+        if (byte < 0x20 || byte == 0x7f) {
+            result += fmt::format("\\u{:04x}", byte);
+        } else {
+            result += letter == '"' || letter == '\\' ? std::string("\\") + letter : std::string(1, letter);
+        }
     }
     return result + "\"";
+}
+
+// "; did you mean 'scenes/funnel.toml'?" if the file is not there, and one with nearly its name is.
+std::string nearest_file(const std::filesystem::path& path) {
+    std::error_code error;
+    if (std::filesystem::exists(path, error)) {
+        return "";
+    }
+    std::vector<std::string> names;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(path.has_parent_path() ? path.parent_path() : ".", error)) {
+        const std::filesystem::path name = entry.path().filename();
+        if (name.extension() == path.extension()) {
+            names.push_back((path.has_parent_path() ? path.parent_path() / name : name).string());
+        }
+    }
+    std::sort(names.begin(), names.end());
+    const std::string text = sim::suggestion(path.string(), names);
+    return text.find("did you mean") != std::string::npos ? text : "";
 }
 
 // "a,b" -> ["a", "b"].
@@ -100,15 +127,17 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
     verb.add_option("--color-by", options.color_by, "look, material, body, speed, contacts or impulse")
         ->type_name("WORD");
     const bool simulates = changes == Changes::everything;
-    verb.add_option("--preset", options.presets,
-                    simulates ? "Of the simulation: preview, standard or accurate; of the pictures: draft, standard or "
-                                "final; one of each, separated by a comma"
-                              : "Size, edges, shadows and encoder: draft, standard or final")
+    verb.add_option(
+            "--preset", options.presets,
+            simulates
+                ? "Of the simulation: preview, standard or accurate; of the pictures: draft, standard or "
+                  "final; one of each, separated by a comma"
+                : "Size, edges, shadows and encoder: draft, standard or final")
         ->type_name("WORDS")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(CLI::IsMember(simulates ? std::vector<std::string>{"preview", "standard", "accurate", "draft", "final"}
-                                        : std::vector<std::string>{"draft", "standard", "final"}));
+        ->check(one_of(simulates ? std::vector<std::string>{"preview", "standard", "accurate", "draft", "final"}
+                                : std::vector<std::string>{"draft", "standard", "final"}));
     if (simulates) {
         verb.add_option("--time-step", options.time_step, "Time step h [s]")->type_name("S");
         verb.add_option("--tolerance", options.tolerance, "Largest gap error and overlap [m]")
@@ -118,10 +147,11 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
             ->type_name("N");
     }
     verb.add_option("--threads", options.threads,
-                    "Threads of the simulation, else one a core, less one while pictures are drawn; the result does not "
+                    "Threads of the simulation, else one a core, less one while pictures are drawn; the "
+                    "result does not "
                     "depend on it")
         ->type_name("N")
-        ->check(CLI::Range(1, 1024));
+        ->check(whole_number(1, 1024));
     verb.add_option("--set", options.assignments, "Sets any key of the scene, such as light.sun_intensity=2")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
@@ -143,10 +173,10 @@ void add_frame_options(CLI::App& verb, Options& options) {
 void add_still_options(CLI::App& verb, Options& options) {
     verb.add_option("--poster", options.poster_time, "Also the frame at this time [s] as SCENE_poster.png")
         ->type_name("S")
-        ->check(CLI::Range(0.0, 1e6));
+        ->check(number_from(0.0, 1e6));
     verb.add_option("--sheet", options.sheet_count, "Also N frames side by side as SCENE_sheet.png")
         ->type_name("N")
-        ->check(CLI::Range(1, 400));
+        ->check(whole_number(1, 400));
     verb.add_flag("--webp", options.has_animation, "Also a small animation for a page: SCENE.webp");
 }
 
@@ -158,11 +188,13 @@ render::StillsSettings stills_of(const Options& options) {
     stills.sheet_count = options.sheet_count;
     stills.has_animation = options.has_animation;
     if (stills.is_needed() && options.no_png) {
-        throw Error(ExitCode::usage, "--poster, --sheet and --webp are made of the PNG files: not with --no-png");
+        throw Error(ExitCode::usage,
+                    "--poster, --sheet and --webp are made of the PNG files: not with --no-png");
     }
     if (stills.is_needed() && !options.frames.empty()) {
-        throw Error(ExitCode::usage,
-                    "--poster, --sheet and --webp need the whole film: give them to tumble join, not with --frames");
+        throw Error(
+            ExitCode::usage,
+            "--poster, --sheet and --webp need the whole film: give them to tumble join, not with --frames");
     }
     return stills;
 }
@@ -192,10 +224,11 @@ std::string one_preset(const Options& options, bool (*is_meant)(const std::strin
     for (const std::string& word : options.presets) {
         if (is_meant(word)) {
             if (!found.empty() && found != word) {
-                throw Error(ExitCode::usage,
-                            fmt::format("--preset {},{}: expected one preset of the simulation (preview, standard, "
-                                        "accurate) and one of the pictures (draft, standard, final)",
-                                        found, word));
+                throw Error(
+                    ExitCode::usage,
+                    fmt::format("--preset {},{}: expected one preset of the simulation (preview, standard, "
+                                "accurate) and one of the pictures (draft, standard, final)",
+                                found, word));
             }
             found = word;
         }
@@ -219,24 +252,10 @@ std::string simulation_preset(const Options& options) {
     return word.empty() && is_standard ? "standard" : word;
 }
 
-sim::SceneDef load_with_preset(const Options& options, const std::string& input) {
-    const std::vector<std::string> changes = overrides_of(options);
-    sim::SceneDef scene = sim::load_scene(input, changes);
-    const std::string word = simulation_preset(options);
-    if (!word.empty()) {
-        // From the file's own settings, not from those given by --set, which come last and hold.
-        std::vector<std::string> all =
-            study::preset_overrides(sim::load_scene(input), *study::find_preset(word));
-        all.insert(all.end(), changes.begin(), changes.end());
-        scene = sim::load_scene(input, all);
-    }
-    return scene;
-}
-
 std::vector<std::string> overrides_of(const Options& options) {
     std::vector<std::string> overrides = options.assignments;
     if (const std::string preset = picture_preset(options); !preset.empty()) {
-        overrides.push_back(fmt::format("output.preset=\"{}\"", preset));
+        overrides.push_back("output.preset=" + toml_text(preset));
     }
     if (!options.size.empty()) {
         constexpr const char* expected = "width and height in pixels such as 1280x720";
@@ -278,6 +297,60 @@ std::vector<std::string> overrides_of(const Options& options) {
                                            "a number of steps >= 0"));
     }
     return overrides;
+}
+
+std::string as_typed(const std::string& message, const Options& options) {
+    struct Typed {
+        const char* key;
+        const char* option;
+        std::string Options::*value;
+    };
+    constexpr Typed typed[] = {{"output.width", "--size", &Options::size},
+                               {"output.height", "--size", &Options::size},
+                               {"output.fps", "--fps", &Options::fps},
+                               {"output.duration", "--duration", &Options::duration},
+                               {"simulation.time_step", "--time-step", &Options::time_step},
+                               {"simulation.tolerance", "--tolerance", &Options::tolerance},
+                               {"output.camera", "--camera", &Options::camera},
+                               {"overlay.show", "--show", &Options::show},
+                               {"overlay.color_by", "--color-by", &Options::color_by},
+                               {"output.record_every", "--record-every", &Options::record_every}};
+    const std::vector<std::string> overrides = overrides_of(options);
+    for (std::size_t i = options.assignments.size(); i < overrides.size(); ++i) {
+        const std::string prefix = "--set " + overrides[i] + ": ";
+        for (const Typed& t : typed) {
+            if (message.starts_with(prefix) && overrides[i].starts_with(std::string(t.key) + "=")) {
+                return fmt::format("{} {}: {}", t.option, options.*t.value, message.substr(prefix.size()));
+            }
+        }
+    }
+    return message;
+}
+
+namespace {
+
+sim::SceneDef load_with_preset(const Options& options, const std::string& input) {
+    const std::vector<std::string> changes = overrides_of(options);
+    sim::SceneDef scene = sim::load_scene(input, changes);
+    const std::string word = simulation_preset(options);
+    if (!word.empty()) {
+        // From the file's own settings, not from those given by --set, which come last and hold.
+        std::vector<std::string> all =
+            study::preset_overrides(sim::load_scene(input), *study::find_preset(word));
+        all.insert(all.end(), changes.begin(), changes.end());
+        scene = sim::load_scene(input, all);
+    }
+    return scene;
+}
+
+} // namespace
+
+sim::SceneDef load_scene(const std::string& path, const Options& options) {
+    try {
+        return load_with_preset(options, path);
+    } catch (const Error& error) {
+        throw Error(error.code(), as_typed(error.what(), options) + nearest_file(path));
+    }
 }
 
 int thread_count(const Options& options, bool is_drawing) {

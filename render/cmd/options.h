@@ -31,13 +31,13 @@ struct Options {
     int threads = 0;                      ///< of the simulation; 0: one a core
     bool no_video = false;
     bool no_png = false;
-    std::string frames;      ///< "A:B": frames A .. B - 1 only
+    std::string frames;        ///< "A:B": frames A .. B - 1 only
     double poster_time = -1.0; ///< [s]; negative: no poster
     int sheet_count = 0;       ///< frames on a sheet; 0: no sheet
     bool has_animation = false;
-    bool is_resumed = false; ///< whole frames of an earlier run stay
+    bool is_resumed = false;   ///< whole frames of an earlier run stay
     bool has_body_ids = false; ///< which body each pixel shows, beside the frames
-    bool is_portable = false; ///< pictures as processors without fused multiply-add draw them
+    bool is_portable = false;  ///< pictures as processors without fused multiply-add draw them
     bool is_quiet = false;
 };
 
@@ -69,13 +69,19 @@ render::StillsSettings stills_of(const Options& options);
 /// The changes as assignments to scene keys, in the order --set, then the others. Throws Error (usage).
 std::vector<std::string> overrides_of(const Options& options);
 
-/// A scene file with all changes, and with the simulation's preset below them. Throws Error as load_scene does.
-sim::SceneDef load_with_preset(const Options& options, const std::string& input);
-
 /// The preset of the simulation that was asked for by name; empty if none was. Throws Error (usage).
 std::string simulation_preset(const Options& options);
 
-/// Threads to simulate with, >= 1: those asked for, else one a core, less the one that draws at the same time.
+/// A scene file with all changes, and with the simulation's preset below them. Throws Error: what is wrong
+/// with an option is told by its own name.
+sim::SceneDef load_scene(const std::string& path, const Options& options);
+
+/// A message about one of overrides_of(), "--set output.width=0: ...", as the user typed it: "--size 0x36:
+/// ...".
+std::string as_typed(const std::string& message, const Options& options);
+
+/// Threads to simulate with, >= 1: those asked for, else one a core, less the one that draws at the same
+/// time.
 int thread_count(const Options& options, bool is_drawing);
 
 /// The verbs; each throws Error.

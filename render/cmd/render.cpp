@@ -4,6 +4,7 @@
 #include "render/cmd/supervise.h"
 #include "render/film.h"
 #include "render/gl_context.h"
+#include "render/memory.h"
 #include "sim/error.h"
 #include "sim/scene_file.h"
 #include "sim/trajectory.h"
@@ -34,16 +35,24 @@ sim::SceneDef scene_of(const sim::TrajectoryReader& trajectory, const std::strin
         }
         overrides.push_back(assignment);
     }
-    sim::SceneDef scene = sim::parse_scene(info.scene_text, info.scene_name + ".toml", overrides);
+    const auto parsed = [&] {
+        try {
+            return sim::parse_scene(info.scene_text, info.scene_name + ".toml", overrides);
+        } catch (const Error& error) {
+            throw Error(error.code(), as_typed(error.what(), options));
+        }
+    };
+    sim::SceneDef scene = parsed();
     if (scene.bodies.size() != info.body_names.size()) {
         throw Error(ExitCode::usage, fmt::format("{} has {} bodies, its scene {}", path,
                                                  info.body_names.size(), scene.bodies.size()));
     }
     if (sim::contacts_shown(scene) > trajectory.contacts()) {
-        throw Error(ExitCode::usage,
-                    fmt::format("{} has not recorded the contacts that the pictures are to show; simulate again "
-                                "with the same settings of overlay and plot",
-                                path));
+        throw Error(
+            ExitCode::usage,
+            fmt::format("{} has not recorded the contacts that the pictures are to show; simulate again "
+                        "with the same settings of overlay and plot",
+                        path));
     }
     return scene;
 }
@@ -94,6 +103,7 @@ void render_trajectory(const Options& options) {
     const std::vector<std::size_t> records = records_of_frames(trajectory, path.string(), scene);
     const auto frame_count = static_cast<std::int64_t>(records.size());
     const FrameRange frames = frame_range(options, frame_count);
+    render::require_memory(scene.output.width, scene.output.height);
     const bool is_slice = !options.frames.empty();
 
     const fs::path folder = options.out.empty() ? path.parent_path() : options.out / fs::path(scene.name);
@@ -139,7 +149,8 @@ void render_trajectory(const Options& options) {
             threads, progress, [&] { return film.frames_done(); }, workplace);
     }
     render::make_stills(
-        scene, stills, [&](std::int64_t frame) { return workplace.folder() / render::frame_file_name(frame); },
+        scene, stills,
+        [&](std::int64_t frame) { return workplace.folder() / render::frame_file_name(frame); },
         workplace.folder());
     if (!options.is_quiet) {
         const auto count = static_cast<double>(frames.end - frames.begin);

@@ -5,11 +5,12 @@
 #include "render/cmd/simulation.h"
 #include "render/cmd/supervise.h"
 #include "render/gl_context.h"
+#include "render/memory.h"
 #include "render/shader.h"
-#include "sim/error.h"
-#include "sim/scene_study.h"
 #include "render/study/law.h"
 #include "render/study/preset.h"
+#include "sim/error.h"
+#include "sim/scene_study.h"
 
 #include <fmt/format.h>
 
@@ -36,7 +37,8 @@ constexpr const char* trajectory_name = "trajectory.h5";
 constexpr const char* summary_name = "summary.json";
 
 /// What the preset of a run promised and what was reached.
-sim::PresetResult preset_result(const sim::SceneDef& scene, const Simulation& simulation, const Options& options) {
+sim::PresetResult preset_result(const sim::SceneDef& scene, const Simulation& simulation,
+                                const Options& options) {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     const auto preset = study::find_preset(simulation_preset(options));
     if (!preset) {
@@ -65,12 +67,15 @@ sim::PresetResult preset_result(const sim::SceneDef& scene, const Simulation& si
 }
 
 std::string preset_line(const sim::SceneDef& scene, const sim::Summary& summary) {
-    const auto figure = [](double value) { return std::isfinite(value) ? fmt::format("{:.2g}", value) : "-"; };
+    const auto figure = [](double value) {
+        return std::isfinite(value) ? fmt::format("{:.2g}", value) : "-";
+    };
     const sim::PresetResult& result = summary.preset;
-    return fmt::format("{}: preset {}: error {} (promised {}), {} s a simulated second ({}), overlap {} m ({})\n",
-                       scene.name, result.preset, figure(result.error_reached), figure(result.error),
-                       figure(result.cost_reached), figure(result.cost), figure(summary.totals.max_penetration),
-                       figure(scene.step.tolerance));
+    return fmt::format(
+        "{}: preset {}: error {} (promised {}), {} s a simulated second ({}), overlap {} m ({})\n",
+        scene.name, result.preset, figure(result.error_reached), figure(result.error),
+        figure(result.cost_reached), figure(result.cost), figure(summary.totals.max_penetration),
+        figure(scene.step.tolerance));
 }
 
 void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool has_pictures,
@@ -142,7 +147,8 @@ void run_slice(const sim::SceneDef& scene, const fs::path& folder, const Options
 void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options& options,
                bool has_pictures) {
     const Clock::time_point start = Clock::now();
-    sim::World world(scene, thread_count(options, has_pictures)); // first: a scene that cannot start leaves no folder
+    sim::World world(
+        scene, thread_count(options, has_pictures)); // first: a scene that cannot start leaves no folder
     const Workplace workplace(folder);
     const bool has_png = has_pictures && !options.no_png;
     if (has_png) {
@@ -160,11 +166,12 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
 
     std::unique_ptr<render::Film> film;
     if (has_pictures) {
-        film = std::make_unique<render::Film>(scene, render::FilmSettings{.folder = folder,
-                                                                          .write_png = has_png,
-                                                                          .write_video = !options.no_video,
-                                                                          .keep_frames = options.is_resumed,
-                                                                          .write_bodies = options.has_body_ids});
+        film =
+            std::make_unique<render::Film>(scene, render::FilmSettings{.folder = folder,
+                                                                       .write_png = has_png,
+                                                                       .write_video = !options.no_video,
+                                                                       .keep_frames = options.is_resumed,
+                                                                       .write_bodies = options.has_body_ids});
     }
     Simulation simulation(scene, std::move(world), film.get());
     simulation.record_to(folder / trajectory_name);
@@ -209,7 +216,7 @@ void run_all(const Options& options, bool has_pictures) {
     std::vector<sim::SceneDef> scenes;
     std::set<std::string> names;
     for (const std::string& input : options.inputs) {
-        scenes.push_back(load_with_preset(options, input));
+        scenes.push_back(load_scene(input, options));
         if (!names.insert(scenes.back().name).second) {
             throw Error(ExitCode::usage,
                         fmt::format("{}: a second scene with the name '{}' would write into {}", input,
@@ -218,6 +225,9 @@ void run_all(const Options& options, bool has_pictures) {
         frame_range(options, frame_count_of(scenes.back()));
     }
     for (const sim::SceneDef& scene : scenes) {
+        if (has_pictures) {
+            render::require_memory(scene.output.width, scene.output.height);
+        }
         if (options.frames.empty()) {
             run_scene(scene, out / scene.name, options, has_pictures);
         } else {

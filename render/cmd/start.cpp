@@ -2,6 +2,7 @@
 /// the program tumble-draw beside it, whose libraries take longer to load; that takes this one's place.
 #include "render/cmd/compare.h"
 #include "render/cmd/guard.h"
+#include "render/cmd/interrupt.h"
 #include "sim/error.h"
 
 #include <CLI/CLI.hpp>
@@ -20,6 +21,9 @@ constexpr const char* drawing_program = "tumble-draw";
     std::error_code error;
     const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
     const std::filesystem::path path = self.parent_path() / drawing_program; // its name alone where /proc is missing
+    if (cmd::is_interrupted()) {
+        throw sim::Error(sim::ExitCode::interrupted, "interrupted");
+    }
     ::execvp(path.c_str(), argv);
     throw sim::Error(sim::ExitCode::io, "cannot start " + path.string() + ": " + std::strerror(errno));
 }

@@ -4,6 +4,7 @@
 #include "render/cmd/study_crew.h"
 #include "render/cmd/study_film.h"
 #include "render/cmd/study_page.h"
+#include "render/cmd/usage.h"
 #include "render/cmd/workplace.h"
 #include "sim/error.h"
 #include "sim/file_io.h"
@@ -261,14 +262,14 @@ void add_study_options(CLI::App& verb, StudyOptions& options) {
         ->allow_extra_args(false);
     verb.add_option("--seeds", options.request.seeds, "Runs a point, of scenes with study.seed_key")
         ->type_name("N")
-        ->check(CLI::Range(1, 1000));
+        ->check(whole_number(1, 1000));
     verb.add_option("--duration", options.duration, "Length of the motion [s]")->type_name("S");
     verb.add_option("--jobs", options.jobs, "Points at a time; one a core if not given")
         ->type_name("N")
-        ->check(CLI::Range(1, 1024));
+        ->check(whole_number(1, 1024));
     verb.add_option("--limit", options.limit, "Processor time of a point [s]; beyond it, it is left out")
         ->type_name("S")
-        ->check(CLI::Range(1, 1000000));
+        ->check(whole_number(1, 1000000));
     verb.add_option("--set", options.request.overrides, "Sets any key of the scene, for all points")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);

@@ -1,4 +1,5 @@
-/// The program tumble-draw: arguments to a verb, the verb's outcome to an exit code. start.cpp is what a user calls.
+/// The program tumble-draw: arguments to a verb, the verb's outcome to an exit code. start.cpp is what a user
+/// calls.
 #include "render/cmd/baseline.h"
 #include "render/cmd/compare.h"
 #include "render/cmd/films.h"
@@ -6,6 +7,7 @@
 #include "render/cmd/manual.h"
 #include "render/cmd/options.h"
 #include "render/cmd/study.h"
+#include "render/cmd/usage.h"
 #include "sim/error.h"
 
 #include <CLI/CLI.hpp>
@@ -109,7 +111,8 @@ int run_program(int argc, char** argv) {
     add_other_verbs(app, options);
 
     cmd::StudyOptions study;
-    CLI::App* study_verb = app.add_subcommand("study", "What settings of a scene cost and how wrong they are");
+    CLI::App* study_verb =
+        app.add_subcommand("study", "What settings of a scene cost and how wrong they are");
     cmd::add_study_options(*study_verb, study);
     study_verb->final_callback([&study] { cmd::study_scenes(study, std::array{study::our_engine()}); });
     cmd::CompareOptions comparison;
@@ -122,8 +125,8 @@ int run_program(int argc, char** argv) {
     });
     cmd::BaselineOptions baselines;
     const std::string command = cmd::command_line(argc, argv);
-    cmd::add_baseline_verbs(*app.add_subcommand("baseline", "Accepted pictures of scenes: check, update"), baselines,
-                            command, code);
+    cmd::add_baseline_verbs(*app.add_subcommand("baseline", "Accepted pictures of scenes: check, update"),
+                            baselines, command, code);
 
     try {
         app.parse(argc, argv);
@@ -134,7 +137,7 @@ int run_program(int argc, char** argv) {
     } catch (const CLI::Success& help_or_version) {
         return app.exit(help_or_version);
     } catch (const CLI::ParseError& error) {
-        throw sim::Error(ExitCode::usage, std::string(error.what()) + "; see tumble --help");
+        throw sim::Error(ExitCode::usage, cmd::usage_message(app, argc, argv, error));
     }
     return code;
 }

@@ -103,9 +103,8 @@ void Workplace::remove_frames() const {
                 fs::remove(entry.path());
             }
         }
-        if (fs::is_empty(frames)) {
-            fs::remove(frames);
-        }
+        std::error_code kept; // with other files in it, or where a disk is mounted
+        fs::remove(frames, kept);
     } catch (const fs::filesystem_error& error) {
         throw Error(ExitCode::io, fmt::format("cannot remove old frames in {}: {}", frames.string(),
                                               error.code().message()));

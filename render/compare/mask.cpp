@@ -53,8 +53,9 @@ void add_to_mask(const std::string& text, const PictureLimits& accepted, Mask& m
         return;
     }
     if (!std::filesystem::exists(text)) {
-        throw Error(ExitCode::usage,
-                    fmt::format("--mask '{}': expected X,Y,WIDTH,HEIGHT in pixels or a picture's file", text));
+        throw Error(
+            ExitCode::usage,
+            fmt::format("--mask '{}': neither X,Y,WIDTH,HEIGHT in pixels nor a picture that is there", text));
     }
     Bytes bytes;
     read_file(text, accepted, bytes);
@@ -73,17 +74,24 @@ void apply_mask(const Mask& mask, const Picture& reference, Picture& candidate) 
         candidate.alpha.assign(reference.alpha.size(), 255);
     }
     for (const Box& box : mask.boxes) {
+        const std::int64_t right = std::int64_t{box.x} + box.width;
+        const std::int64_t bottom = std::int64_t{box.y} + box.height;
+        if (box.x >= reference.width || box.y >= reference.height || right <= 0 || bottom <= 0) {
+            throw Error(ExitCode::missing_or_size,
+                        fmt::format("--mask '{},{},{},{}' lies outside the picture of {}x{} pixels", box.x,
+                                    box.y, box.width, box.height, reference.width, reference.height));
+        }
         const int begin = std::clamp(box.x, 0, reference.width);
-        const int end = std::clamp(box.x + box.width, begin, reference.width);
-        for (int y = std::max(box.y, 0); y < std::min(box.y + box.height, reference.height); ++y) {
+        const auto end = static_cast<int>(std::clamp<std::int64_t>(right, begin, reference.width));
+        for (int y = std::max(box.y, 0); y < std::min<std::int64_t>(bottom, reference.height); ++y) {
             take_over(reference, candidate, y, begin, end);
         }
     }
     for (const Picture& picture : mask.pictures) {
         if (picture.width != reference.width || picture.height != reference.height) {
-            throw Error(ExitCode::missing_or_size, fmt::format("the mask has {}x{} pixels, the picture {}x{}",
-                                                               picture.width, picture.height, reference.width,
-                                                               reference.height));
+            throw Error(ExitCode::missing_or_size,
+                        fmt::format("the mask has {}x{} pixels, the picture {}x{}", picture.width,
+                                    picture.height, reference.width, reference.height));
         }
         for (int y = 0; y < reference.height; ++y) {
             const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(reference.width);

@@ -71,8 +71,8 @@ bool decode_side(const Bytes& bytes, const std::filesystem::path& path, const Pi
 }
 
 /// The images beside both pictures, if both are there and of the pictures' size.
-std::optional<std::pair<BodyImage, BodyImage>> read_bodies(const PairPaths& paths, const PairSettings& settings,
-                                                           const PairMemory& memory) {
+std::optional<std::pair<BodyImage, BodyImage>>
+read_bodies(const PairPaths& paths, const PairSettings& settings, const PairMemory& memory) {
     std::optional<BodyImage> a = read_body_image(*paths.reference, settings.accepted);
     std::optional<BodyImage> b = a ? read_body_image(*paths.candidate, settings.accepted) : std::nullopt;
     const auto fits = [&memory](const BodyImage& image) {
@@ -92,17 +92,19 @@ Mask mask_of(const PairPaths& paths, const PairSettings& settings, const PairMem
     }
     const auto bodies = read_bodies(paths, settings, memory);
     if (!bodies) {
-        throw sim::Error(sim::ExitCode::usage,
-                         fmt::format("--ignore-body: {} and {} have no images of bodies beside them; see --body-ids",
-                                     paths.reference->string(), paths.candidate->string()));
+        throw sim::Error(
+            sim::ExitCode::usage,
+            fmt::format("--ignore-body: {} and {} have no images of bodies beside them; see --body-ids",
+                        paths.reference->string(), paths.candidate->string()));
     }
     for (const std::string& name : settings.ignored_bodies) {
         const auto has = [&name](const BodyImage& image) {
             return std::find(image.names.begin(), image.names.end(), name) != image.names.end();
         };
         if (!has(bodies->first) && !has(bodies->second)) {
-            throw sim::Error(sim::ExitCode::usage, fmt::format("--ignore-body '{}': {} has no body of that name", name,
-                                                               paths.reference->string()));
+            throw sim::Error(sim::ExitCode::usage,
+                             fmt::format("--ignore-body '{}': {} has no body of that name", name,
+                                         paths.reference->string()));
         }
     }
     Picture pixels;
@@ -121,7 +123,8 @@ std::string text_of(const BodyChange& change) {
     switch (change.kind) {
     case BodyChange::Kind::moved:
         return fmt::format("{} moved by ({:+.1f}, {:+.1f}) px{}", change.name, u.x, u.y,
-                           change.distance ? fmt::format(", {:.3g} mm", 1e3 * *change.distance) : std::string());
+                           change.distance ? fmt::format(", {:.3g} mm", 1e3 * *change.distance)
+                                           : std::string());
     case BodyChange::Kind::missing:
         return change.name + " is missing";
     case BodyChange::Kind::appeared:
@@ -132,7 +135,8 @@ std::string text_of(const BodyChange& change) {
     return {};
 }
 
-void add_bodies(const PairPaths& paths, const PairSettings& settings, const PairMemory& memory, Frame& frame) {
+void add_bodies(const PairPaths& paths, const PairSettings& settings, const PairMemory& memory,
+                Frame& frame) {
     constexpr std::size_t most_named = 4;
     const auto bodies = read_bodies(paths, settings, memory);
     if (!bodies) {
@@ -157,8 +161,8 @@ bool set_sizes(const PairMemory& memory, Frame& frame) {
     }
     frame.status = Status::size_differs;
     frame.tier = Tier::changed;
-    frame.message = fmt::format("the reference has {}x{} pixels, the candidate {}x{}", frame.width, frame.height,
-                                frame.candidate_width, frame.candidate_height);
+    frame.message = fmt::format("the reference has {}x{} pixels, the candidate {}x{}", frame.width,
+                                frame.height, frame.candidate_width, frame.candidate_height);
     return false;
 }
 
@@ -195,10 +199,10 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
         }
         return;
     }
-    const bool is_whole_a =
-        has_a && decode_side(memory.file_a, *paths.reference, settings.accepted, memory.reader, memory.a, frame);
-    const bool is_whole_b =
-        has_b && decode_side(memory.file_b, *paths.candidate, settings.accepted, memory.reader, memory.b, frame);
+    const bool is_whole_a = has_a && decode_side(memory.file_a, *paths.reference, settings.accepted,
+                                                 memory.reader, memory.a, frame);
+    const bool is_whole_b = has_b && decode_side(memory.file_b, *paths.candidate, settings.accepted,
+                                                 memory.reader, memory.b, frame);
     if (is_whole_a && is_whole_b) {
         if (!set_sizes(memory, frame)) {
             return;
@@ -220,7 +224,8 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
     }
     if (frame.status == Status::compared) {
         frame.status = paths.reference ? Status::candidate_missing : Status::reference_missing;
-        frame.message = paths.reference ? "the candidate has no such picture" : "the reference has no such picture";
+        frame.message = paths.reference ? "the reference has this picture, the candidate has not"
+                                        : "the candidate has this picture, the reference has not";
     }
 }
 
@@ -231,10 +236,12 @@ IndexedPicture difference_picture(const PairMemory& memory) {
     const Picture& b = memory.b;
     picture.width = std::max(a.width, b.width);
     picture.height = std::max(a.height, b.height);
-    picture.indices.resize(static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height));
+    picture.indices.resize(static_cast<std::size_t>(picture.width) *
+                           static_cast<std::size_t>(picture.height));
     const bool is_same_size = a.width == b.width && a.height == b.height;
     for (int y = 0; y < picture.height; ++y) {
-        std::uint8_t* out = picture.indices.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width);
+        std::uint8_t* out =
+            picture.indices.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width);
         for (int x = 0; x < picture.width; ++x) {
             const bool is_in_a = x < a.width && y < a.height;
             const bool is_in_b = x < b.width && y < b.height;
@@ -242,8 +249,8 @@ IndexedPicture difference_picture(const PairMemory& memory) {
             if (!is_in_a && !is_in_b) {
                 continue;
             }
-            const std::size_t at =
-                static_cast<std::size_t>(y) * static_cast<std::size_t>(shown.width) + static_cast<std::size_t>(x);
+            const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(shown.width) +
+                                   static_cast<std::size_t>(x);
             std::uint8_t index = grey_index(shown, at);
             if (!is_same_size) {
                 index = static_cast<std::uint8_t>(index + (is_in_a && is_in_b ? 0 : only_one));

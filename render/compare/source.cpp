@@ -66,7 +66,8 @@ nlohmann::json read_json(const fs::path& path) {
 
 std::string text_of(const nlohmann::json& json, const char* key) {
     const auto found = json.is_object() ? json.find(key) : json.end();
-    return json.is_object() && found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+    return json.is_object() && found != json.end() && found->is_string() ? found->get<std::string>()
+                                                                         : std::string();
 }
 
 /// What a run's files say of it.
@@ -96,8 +97,9 @@ bool is_film(const fs::path& path) {
     std::array<char, 12> start{};
     in.read(start.data(), start.size());
     const std::string_view text(start.data(), static_cast<std::size_t>(in.gcount()));
-    return text.size() == start.size() && (text.substr(4, 4) == "ftyp" || text.substr(0, 4) == "\x1a\x45\xdf\xa3" ||
-                                           (text.substr(0, 4) == "RIFF" && text.substr(8, 4) == "AVI "));
+    return text.size() == start.size() &&
+           (text.substr(4, 4) == "ftyp" || text.substr(0, 4) == "\x1a\x45\xdf\xa3" ||
+            (text.substr(0, 4) == "RIFF" && text.substr(8, 4) == "AVI "));
 }
 
 Source find_source(const fs::path& path) {
@@ -121,7 +123,8 @@ Source find_source(const fs::path& path) {
     if (source.names.empty()) {
         const std::optional<fs::path> film = film_in(path);
         if (!film) {
-            throw sim::Error(sim::ExitCode::io, path.string() + ": no PNG or JPEG files, and no film, or several");
+            throw sim::Error(sim::ExitCode::io,
+                             path.string() + " has no pictures (PNG, JPEG) and not exactly one film");
         }
         source.kind = SourceKind::film;
         source.path = *film;
@@ -140,11 +143,12 @@ void find_cause(const Source& reference, const Source& candidate, Case& result) 
         result.cause_text = "the two were made from other scenes or settings";
     } else if (both_differ(a.state_hash, b.state_hash)) {
         result.cause = Cause::simulation;
-        result.cause_text = fmt::format("the simulation changed: the last state is {}, it was {}", b.state_hash,
-                                        a.state_hash);
+        result.cause_text = fmt::format("the simulation changed: the last state is {}, it was {}",
+                                        b.state_hash, a.state_hash);
     } else if (both_differ(a.shaders_hash, b.shaders_hash) || both_differ(a.program, b.program)) {
         result.cause = Cause::drawing;
-        result.cause_text = "the drawing changed: same states, other shaders or another version of the program";
+        result.cause_text =
+            "the drawing changed: same states, other shaders or another version of the program";
     } else if (both_differ(a.renderer, b.renderer)) {
         result.cause = Cause::machine;
         result.cause_text = fmt::format("another machine: same states and shaders, drawn by {}, before by {}",

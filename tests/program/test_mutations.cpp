@@ -69,6 +69,7 @@ const Change changes[] = {
     {"mesh: a smaller ball", "office_toy", {}, [](Drawing& d) { std::get<sim::Sphere>(body(d.scene, "ball 3").shape).radius *= 0.7; }, unknown, nullptr},
     {"solver: a block is 10 cm ahead", "inclined_blocks", {}, [](Drawing& d) { state(d, "block 0.34").position.x() += 0.1; }, simulation, "block 0.34", moved},
     {"solver: a ball swings less", "office_toy", {}, [](Drawing& d) { state(d, "ball 1").position.x() += 0.010; }, simulation, "ball 1", moved},
+    {"solver: a reflecting ball is a pixel ahead", "office_toy", {}, [](Drawing& d) { state(d, "ball 3").position.x() += 0.0036; }, simulation, "ball 3", moved},
     {"solver: the top turns", "tippe_top", {}, [](Drawing& d) { state(d, "top").orientation = sim::Quat(Eigen::AngleAxisd(0.1, sim::Vec3::UnitY())) * state(d, "top").orientation; }, simulation, nullptr},
     {"scene: a body is missing", "inclined_blocks", {}, [](Drawing& d) { body(d.scene, "block 0.50").look.visible = false; }, unknown, "block 0.50", missing},
     {"scene: a post is missing", "office_toy", {}, [](Drawing& d) { body(d.scene, "post back left").look.visible = false; }, unknown, "post back left", missing},

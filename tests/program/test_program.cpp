@@ -259,56 +259,6 @@ TEST_F(program, version_and_help_are_good) {
     EXPECT_NE(tumble("run --help").out.find("--record-every"), std::string::npos);
 }
 
-// Each wrong argument or file: the exit code, a part of the only line printed, and no output folder.
-TEST_F(program, wrong_arguments_and_files_are_one_line_and_no_output) {
-    sim::write_file(folder / "not_a_trajectory.h5", std::string("text"));
-    sim::write_file(folder / "bad.toml", std::string("titel = \"x\"\n"));
-    fs::create_directories(folder / "twin");
-    fs::copy_file(folder / "block.toml", folder / "twin/block.toml");
-    struct Case {
-        const char* arguments;
-        int code;
-        const char* message;
-    };
-    constexpr Case cases[] = {
-        {"", 2, nullptr},
-        {"simulat block.toml", 2, "simulat"},
-        {"run", 2, "SCENE is required"},
-        {"run block.toml --no-such-option", 2, "--no-such-option"},
-        {"run block.toml --size 12", 2, "--size '12': expected width and height"},
-        {"run block.toml --size 12x", 2, "--size '12x': expected width and height"},
-        {"run block.toml --size 20000x2", 2, "20000"},
-        {"run block.toml --fps abc", 2, "--fps 'abc': expected a number or a fraction"},
-        {"run block.toml --fps 0", 2, "--fps '0': expected"},
-        {"run block.toml --duration -1", 2, "--duration '-1': expected"},
-        {"run block.toml --time-step nan", 2, "--time-step 'nan': expected"},
-        {"run block.toml --tolerance 1e-4x", 2, "--tolerance '1e-4x': expected"},
-        {"run block.toml --record-every 1.5", 2, "--record-every '1.5': expected"},
-        {"run block.toml --threads 0", 2, "--threads"},
-        {"run block.toml --set simulation.tolerence=1", 2, "did you mean 'tolerance'"},
-        {"run block.toml --set simulation", 2, "simulation"},
-        {"run block.toml twin/block.toml", 2, "a second scene with the name 'block'"},
-        {"run block.toml bad.toml", 2, "bad.toml:1:1"},
-        {"run missing.toml", 3, "cannot read missing.toml: No such file or directory"},
-        {"run .", 3, "cannot read .: Is a directory"},
-        {"render missing.h5", 3, "cannot read missing.h5: No such file or directory"},
-        {"render not_a_trajectory.h5", 3, "cannot read not_a_trajectory.h5: not a whole trajectory"},
-        {"render not_a_trajectory.h5 --time-step 0.1", 2, "--time-step"},
-        {"render a.h5 --no-png --no-video", 2, "nothing to make"},
-        {"run block.toml --out /proc/nowhere", 3, "cannot make the folder /proc/nowhere"},
-    };
-    for (const Case& c : cases) {
-        const Outcome outcome = tumble(c.arguments);
-        EXPECT_EQ(outcome.code, c.code) << c.arguments;
-        EXPECT_EQ(outcome.out, "") << c.arguments;
-        EXPECT_FALSE(fs::exists(folder / "out")) << c.arguments;
-        if (c.message != nullptr) {
-            expect_one_line(outcome.err);
-            EXPECT_NE(outcome.err.find(c.message), std::string::npos) << c.arguments << "\n" << outcome.err;
-        }
-    }
-}
-
 TEST_F(program, a_trajectory_without_the_needed_records_is_refused_before_anything_is_removed) {
     ASSERT_EQ(tumble("run block.toml").code, 0);
     const Outcome rate = tumble("render out/block/trajectory.h5 --fps 30");
