@@ -337,7 +337,9 @@ void check_overlaps(const Loading& loading) {
     }
     const auto name = [&](int body) { return loading.scene.bodies[static_cast<std::size_t>(body)].name; };
     const std::string others =
-        overlap->pair_count > 1 ? fmt::format(", the deepest of {} overlaps", overlap->pair_count) : "";
+        overlap->pair_count > 1 ? fmt::format(", the deepest of {}{} overlaps", overlap->pair_count,
+                                              overlap->pair_count == most_overlaps ? " or more" : "")
+                                : "";
     fail_at(
         loading.source, loading.places[static_cast<std::size_t>(overlap->body_b)].position,
         fmt::format(

@@ -82,20 +82,26 @@ Hull read_hull(Section& section) {
     return Hull{std::make_shared<const Polytope>(std::move(*polytope))};
 }
 
+/// Tries of random points for a rock: four nearly always span a volume.
+constexpr int most_tries = 100;
+
 /// Random points on an ellipsoid: some shapes are rounder, some longer.
 Hull read_rock(Section& section, std::int64_t index) {
     const Vec3 half = 0.5 * section.vector("size");
     const int corners = section.integer("corners");
     Random random(static_cast<std::uint64_t>(section.long_integer("seed") + index));
-    for (;;) {
+    for (int i = 0; i < most_tries; ++i) {
         std::vector<Vec3> points;
-        for (int i = 0; i < corners; ++i) {
+        for (int k = 0; k < corners; ++k) {
             points.push_back(random.direction().cwiseProduct(half));
         }
         if (std::optional<Polytope> polytope = convex_hull(points)) {
             return Hull{std::make_shared<const Polytope>(std::move(*polytope))};
         }
     }
+    section.fail("size", fmt::format("size is {:.3g} by {:.3g} by {:.3g} m, expected a rock that is not flat and whose "
+                                     "squares are numbers",
+                                     2.0 * half.x(), 2.0 * half.y(), 2.0 * half.z()));
 }
 
 /// A shape of one piece.

@@ -17,6 +17,53 @@ TextPlace place_of(const toml::source_region& region) {
     return {static_cast<int>(region.begin.line), static_cast<int>(region.begin.column), -1};
 }
 
+// --- depth of keys
+// -----------------------------------------------------------------------------------------
+
+/// Parts of a dotted key. toml++, and what walks its tables, calls itself once a part; it limits brackets only.
+constexpr int most_parts = 32;
+
+/// Index of the last character of the string that begins at `at`, or of the text.
+std::size_t end_of_string(const std::string& text, std::size_t at) {
+    const char quote = text[at];
+    const bool has_lines = text.compare(at, 3, std::string(3, quote)) == 0;
+    const std::string end = has_lines ? std::string(3, quote) : std::string(1, quote);
+    for (std::size_t i = at + end.size(); i < text.size(); ++i) {
+        if (text[i] == '\\' && quote == '"') {
+            ++i;
+        } else if (text[i] == '\n' && !has_lines) {
+            return i - 1;
+        } else if (text.compare(i, end.size(), end) == 0) {
+            std::size_t last = i + end.size() - 1;
+            while (has_lines && last + 1 < text.size() && text[last + 1] == quote) {
+                ++last; // quotes may stand before the three that end it
+            }
+            return last;
+        }
+    }
+    return text.size() - 1;
+}
+
+/// Index of the first key of more parts than that, or npos.
+std::size_t find_deep_key(const std::string& text) {
+    int parts = 1;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '#') {
+            i = std::min(text.find('\n', i), text.size()) - 1;
+        } else if (c == '"' || c == '\'') {
+            i = end_of_string(text, i);
+        } else if (c == '.') {
+            if (++parts > most_parts) {
+                return i;
+            }
+        } else if (std::string_view("\n,=[]{}").find(c) != std::string_view::npos) {
+            parts = 1;
+        }
+    }
+    return std::string::npos;
+}
+
 // --- toml++ -> TreeNode
 // ---------------------------------------------------------------------------------------
 
@@ -128,6 +175,9 @@ bool is_bare_word(const std::string& text) {
 }
 
 TreeNode parse_value(const std::string& text, const TextSource& source, const TextPlace& place) {
+    if (find_deep_key(text) != std::string::npos) {
+        fail_at(source, place, fmt::format("a key has too many parts, expected at most {}", most_parts));
+    }
     try {
         const toml::table table = toml::parse("value = " + text + "\n");
         if (table.size() != 1) {
@@ -256,6 +306,12 @@ std::string describe_value(const TreeNode& node) {
 }
 
 TreeNode parse_tree(const std::string& text, const TextSource& source) {
+    if (const std::size_t deep = find_deep_key(text); deep != std::string::npos) {
+        const std::size_t line_start = text.rfind('\n', deep) + 1; // 0 if there is none
+        const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(deep), '\n');
+        fail_at(source, {static_cast<int>(line), static_cast<int>(deep - line_start) + 1, -1},
+                fmt::format("a key has too many parts, expected at most {}", most_parts));
+    }
     try {
         return tree_of(toml::parse(text));
     } catch (const toml::parse_error& error) {
@@ -269,6 +325,9 @@ void apply_assignment(TreeNode& root, const TextSource& source, int index) {
     const std::vector<std::string>& path = assignment.path;
     if (path.empty()) {
         fail_at(source, place, "expected dotted.key=value");
+    }
+    if (path.size() > most_parts) {
+        fail_at(source, place, fmt::format("a key has {} parts, expected at most {}", path.size(), most_parts));
     }
     TreeNode value = parse_value(assignment.value, source, place);
     // Walk down to the value, adding the tables that are not there.
