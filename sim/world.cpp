@@ -127,6 +127,24 @@ void WorldState::move(StepReport& report) {
     }
 }
 
+/// Contacts that do not converge between bodies too unlike for any number of sweeps end the run: with momentum the error
+/// falls in about as many sweeps as the root of the ratio of their masses.
+void WorldState::check_mass_ratios(const char* stage) const {
+    const double most = static_cast<double>(settings.iteration_limit) * settings.iteration_limit;
+    for (const PairContacts& pair : pairs) {
+        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+        const double ratio = bodies.props[a].inverse_mass / bodies.props[b].inverse_mass;
+        const bool are_dynamic = !bodies.props[a].is_static() && !bodies.props[b].is_static();
+        if (are_dynamic && !pair.manifold.contacts.empty() && std::max(ratio, 1.0 / ratio) > most) {
+            throw Error(ExitCode::stopped,
+                        fmt::format("bodies '{}' and '{}' differ {:.3g} times in mass and their contacts do not converge "
+                                    "in step {}, expected at most {:.3g} times, the square of iteration_limit ({})",
+                                    names[a], names[b], std::max(ratio, 1.0 / ratio), step_index, most, stage));
+        }
+    }
+}
+
 /// Collisions act on the velocities of the instant: those before the resting impulses plus what they lack. A
 /// body in a collision keeps that velocity, and its motion restarts there.
 void WorldState::resolve_collisions(StepReport& report) {
@@ -152,7 +170,10 @@ void WorldState::resolve_collisions(StepReport& report) {
     report.collisions += result.collisions;
     report.collision_passes += result.passes;
     report.collision_iterations += result.iterations;
-    report.at_iteration_limit = report.at_iteration_limit || !result.converged;
+    if (!result.converged) {
+        check_mass_ratios("collisions");
+        report.at_iteration_limit = true;
+    }
 }
 
 /// The velocities of these bodies' contacts and joints lack nothing now.
@@ -232,6 +253,7 @@ void WorldState::plan(StepReport& report) {
             break;
         }
         if (division == division_limit) {
+            check_mass_ratios("contacts");
             report.at_iteration_limit = true;
             break;
         }

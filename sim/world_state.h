@@ -52,6 +52,7 @@ struct WorldState {
     void restart(std::span<const char> touched);
     double intervals_for_spin() const;
     double intervals_for_joints() const;
+    void check_mass_ratios(const char* stage) const;
     void plan(StepReport& report);
     bool plan_until_impact(const Impact& impact, StepReport& report);
     bool plan_interval(StepReport& report);

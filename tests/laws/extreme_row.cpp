@@ -129,9 +129,9 @@ std::string measure(const ExtremeRow& row) {
         bool good = true;
         for (const Finding& finding : run_case(extreme)) {
             good = good && finding.is_good();
-            text += fmt::format("{}{}{} {:.2g}{}", text.empty() ? "" : ", ", finding.is_good() ? "" : "**",
+            text += fmt::format("{}{}{} {:.3g}{}", text.empty() ? "" : ", ", finding.is_good() ? "" : "**",
                                 finding.quantity, finding.value,
-                                finding.is_good() ? "" : fmt::format(" > {:.2g}**", finding.bound));
+                                finding.is_good() ? "" : fmt::format(" > {:.3g}**", finding.bound));
         }
         return line(good ? Outcome::kept : Outcome::fell_short, text);
     } catch (const sim::Error& error) {
