@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <sys/wait.h>
@@ -18,10 +19,19 @@ namespace {
 /// Errors below it are rounding and are drawn at it [m] or [-].
 constexpr double least_error = 1e-16;
 
+/// A hue for each engine, ours first; within it each curve has a shade and a mark of its own.
+constexpr std::size_t shades = 7;
+constexpr std::array<std::array<const char*, shades>, 3> colors{
+    {{"#0072b2", "#4b2e9e", "#009e73", "#56b4e9", "#1a3d6d", "#5f9ea0", "#7fb800"},
+     {"#d55e00", "#8b2500", "#e69f00", "#dc143c", "#b8860b", "#ff7f50", "#a0522d"},
+     {"#cc79a7", "#6a0572", "#9b5fc0", "#c71585", "#8b5f7b", "#b39ddb", "#e377c2"}}};
+constexpr std::array<int, shades> marks{7, 5, 9, 11, 13, 15, 6}; // of gnuplot: filled shapes, then a ring
+
 /// A curve: points in order of cost.
 struct Curve {
     std::string title;
-    bool is_ours = true;
+    int engine = 0; ///< 0: ours
+    int place = 0;  ///< among the curves of the engine
     std::vector<std::pair<double, double>> points; ///< cost, error
 };
 
@@ -34,7 +44,9 @@ std::vector<Curve> curves_of(const Table& table) {
         }
         const std::string title = row.engine + ": " + row.knob;
         if (curves.empty() || curves.back().title != title) {
-            curves.push_back({title, row.engine == table.rows.front().engine, {}});
+            const bool is_same = !curves.empty() && curves.back().title.starts_with(row.engine + ": ");
+            const int engine = curves.empty() ? 0 : curves.back().engine + (is_same ? 0 : 1);
+            curves.push_back({title, engine, is_same ? curves.back().place + 1 : 0, {}});
             const auto base = std::find_if(table.rows.begin(), table.rows.end(), [&row](const Row& other) {
                 return other.engine == row.engine && other.knob.empty() && other.status == Status::done;
             });
@@ -68,18 +80,19 @@ std::string title_of(const std::string& text) {
 
 /// Base points, then the front, then the curves: blocks of diagram.dat.
 std::string data_of(const Table& table, const std::vector<Curve>& curves) {
-    std::vector<std::pair<double, double>> bases, front;
+    std::vector<std::pair<double, double>> front;
+    std::string data;
     for (const Row& row : table.rows) {
         const std::pair point(row.cost, std::max(row.error, least_error));
         if (row.status == Status::done && row.knob.empty()) {
-            bases.push_back(point);
+            data += fmt::format("{:.6g} {:.6g} \"{}\"\n", point.first, point.second, row.engine);
         }
         if (row.is_on_front) {
             front.push_back(point);
         }
     }
     std::sort(front.begin(), front.end());
-    std::string data = block(bases) + block(front);
+    data += "\n\n" + block(front);
     for (const Curve& curve : curves) {
         data += block(curve.points);
     }
@@ -96,14 +109,16 @@ std::string script_of(const Plan& plan, const Table& table, const std::vector<Cu
     script += fmt::format("set title '{}: error against cost' noenhanced\n", title_of(plan.scene.name));
     std::string plot = "plot 'diagram.dat' index 1 with steps lw 6 lc rgb '#d9d9d9' title 'Pareto front', "
                        "'' index 1 with points pt 6 ps 2.2 lw 2 lc rgb '#666666' notitle";
-    constexpr const char* colors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00",
-                                      "#56b4e9", "#8b4513", "#4b0082", "#808000", "#dc143c"};
     for (std::size_t i = 0; i < curves.size(); ++i) {
-        plot += fmt::format(", '' index {} with linespoints pt {} ps 0.9 lw 1.6 dt {} lc rgb '{}' title '{}' noenhanced",
-                            i + 2, curves[i].is_ours ? 7 : 5, curves[i].is_ours ? 1 : 2,
-                            colors[i % std::size(colors)], title_of(curves[i].title));
+        const Curve& curve = curves[i];
+        const auto place = static_cast<std::size_t>(curve.place);
+        plot += fmt::format(", '' index {} with linespoints pt {} ps 1.1 lw 1.6 dt {} lc rgb '{}' title '{}' noenhanced",
+                            i + 2, marks[place % marks.size()], curve.engine == 0 ? 1 : 2,
+                            colors[static_cast<std::size_t>(curve.engine) % colors.size()][place % shades],
+                            title_of(curve.title));
     }
-    plot += ", '' index 0 with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'settings as given'";
+    plot += ", '' index 0 using 1:2 with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'settings as given'"
+            ", '' index 0 using 1:2:3 with labels offset 0,1 font ',10' noenhanced notitle";
     if (table.noise > 0.0) {
         plot += fmt::format(", {:.6g} with lines dt 3 lc rgb 'black' title 'spread of a mean over {} seeds'",
                             table.noise, plan.seeds);
@@ -168,10 +183,10 @@ std::string panel_script(int quantity, const std::vector<const Row*>& rows) {
                     "fs solid 0.25 lc rgb '#555555' title 'converged, spread of a run', '' index 0 using 1:{} with "
                     "lines lw 2 lc rgb 'black' title 'converged'",
                     labels[quantity], column, column + 1, column, column + 1, column);
-    constexpr const char* colors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7"};
+    constexpr const char* of_rows[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7"};
     for (std::size_t i = 0; i < rows.size(); ++i) {
         plot += fmt::format(", '' index {} using 1:{} with lines lw 1.5 lc rgb '{}' title '{}: {} {}' noenhanced",
-                            i + 1, column, colors[i % std::size(colors)], title_of(rows[i]->engine),
+                            i + 1, column, of_rows[i % std::size(of_rows)], title_of(rows[i]->engine),
                             title_of(rows[i]->knob), title_of(rows[i]->value));
     }
     return plot + "\n";
