@@ -318,9 +318,8 @@ void set_size(Picture& picture, const Picture& like) {
     picture.rgb.resize(like.rgb.size());
 }
 
-} // namespace
-
-void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
+/// All of the map but its drift. drift: adds the rows, and has the steps measured; null if neither is wanted.
+void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftSums* drift) {
     map.width = a.width;
     map.height = a.height;
     const auto width = static_cast<std::size_t>(a.width);
@@ -330,13 +329,14 @@ void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
     map.excess.assign(pixels, 0);
     map.differing = 0;
     map.largest = 0;
-    map.drift = {};
     const std::vector<bool> has_differences = measure_raw(a, b, map);
     if (map.largest <= rounding_levels) {
         map.steps.assign(pixels, 0);
         return;
     }
-    measure_steps(a, map.steps);
+    if (drift != nullptr) {
+        measure_steps(a, map.steps);
+    }
 
     set_size(map.reference, a);
     set_size(map.candidate, b);
@@ -351,7 +351,6 @@ void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
     }
 
     const std::vector<bool> needs_excess = widened(has_differences, weight_reach);
-    DriftSums drift(a);
     Range range_a;
     Range range_b;
     Bytes channels(n);
@@ -369,10 +368,25 @@ void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
         raise_excess(pa, pb, range_a, n, channels.data());
         raise_excess(pb, pa, range_b, n, channels.data());
         largest_channel(channels.data(), a.width, map.excess.data() + width * static_cast<std::size_t>(y));
-        drift.add_row(pa, pb, range_a, range_b, y);
+        if (drift != nullptr) {
+            drift->add_row(pa, pb, range_a, range_b, y);
+        }
     }
-    drift.finish_band();
+    if (drift != nullptr) {
+        drift->finish_band();
+    }
+}
+
+} // namespace
+
+void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
+    DriftSums drift(a);
+    measure_maps(a, b, map, &drift);
     map.drift = drift.result();
+}
+
+void measure_excess(const Picture& a, const Picture& b, DifferenceMap& map) {
+    measure_maps(a, b, map, nullptr);
 }
 
 std::vector<std::int32_t> count_in_cells(const std::vector<std::uint8_t>& values, int width, int height, int level) {

@@ -53,6 +53,9 @@ struct DifferenceMap {
 /// Compares a and b, which have one size. Only rgb is looked at.
 void measure(const Picture& a, const Picture& b, DifferenceMap& map);
 
+/// The same but for steps and drift, which a picture of the difference does not show.
+void measure_excess(const Picture& a, const Picture& b, DifferenceMap& map);
+
 /// The place of the largest sum.
 struct Peak {
     int value = 0;

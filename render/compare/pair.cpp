@@ -42,6 +42,24 @@ std::uint8_t grey_index(const Picture& picture, std::size_t pixel) {
     return static_cast<std::uint8_t>((rgb[0] * 77 + rgb[1] * 150 + rgb[2] * 29) >> 10);
 }
 
+/// Pictures of two sizes: what both have in grey, what only one has in violet.
+void show_areas(const Picture& a, const Picture& b, IndexedPicture& out) {
+    for (int y = 0; y < out.height; ++y) {
+        for (int x = 0; x < out.width; ++x) {
+            const bool is_in_a = x < a.width && y < a.height;
+            const bool is_in_b = x < b.width && y < b.height;
+            const Picture& shown = is_in_b ? b : a;
+            if (is_in_a || is_in_b) {
+                const int grey = grey_index(shown, static_cast<std::size_t>(y) * static_cast<std::size_t>(shown.width) +
+                                                       static_cast<std::size_t>(x));
+                out.indices[static_cast<std::size_t>(y) * static_cast<std::size_t>(out.width) +
+                            static_cast<std::size_t>(x)] =
+                    static_cast<std::uint8_t>(grey + (is_in_a && is_in_b ? 0 : only_one));
+            }
+        }
+    }
+}
+
 /// Reads and decodes one side. False, with status and message, if it cannot be.
 bool read_side(const std::optional<std::filesystem::path>& path, const PictureLimits& accepted, Bytes& bytes,
                Frame& frame) {
@@ -166,6 +184,15 @@ bool set_sizes(const PairMemory& memory, Frame& frame) {
     return false;
 }
 
+void judge_or_measure(const PairSettings& settings, PairMemory& memory, Frame& frame) {
+    if (settings.judges) {
+        judge(memory.a, memory.b, settings.limits, memory.map, frame);
+        return;
+    }
+    measure_excess(memory.a, memory.b, memory.map);
+    frame.tier = memory.map.largest == 0 ? Tier::identical : Tier::changed;
+}
+
 void clear(Picture& picture) {
     picture.width = picture.height = 0;
 }
@@ -175,7 +202,7 @@ void clear(Picture& picture) {
 void compare_pictures(const PairSettings& settings, PairMemory& memory, Frame& frame) {
     if (set_sizes(memory, frame)) {
         apply_mask(settings.mask, memory.a, memory.b);
-        judge(memory.a, memory.b, settings.limits, memory.map, frame);
+        judge_or_measure(settings, memory, frame);
     }
 }
 
@@ -208,8 +235,8 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
             return;
         }
         apply_mask(mask_of(paths, settings, memory), memory.a, memory.b);
-        judge(memory.a, memory.b, settings.limits, memory.map, frame);
-        if (frame.tier == Tier::changed) {
+        judge_or_measure(settings, memory, frame);
+        if (settings.judges && frame.tier == Tier::changed) {
             add_bodies(paths, settings, memory, frame);
         }
         return;
@@ -238,29 +265,16 @@ IndexedPicture difference_picture(const PairMemory& memory) {
     picture.height = std::max(a.height, b.height);
     picture.indices.resize(static_cast<std::size_t>(picture.width) *
                            static_cast<std::size_t>(picture.height));
-    const bool is_same_size = a.width == b.width && a.height == b.height;
-    for (int y = 0; y < picture.height; ++y) {
-        std::uint8_t* out =
-            picture.indices.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width);
-        for (int x = 0; x < picture.width; ++x) {
-            const bool is_in_a = x < a.width && y < a.height;
-            const bool is_in_b = x < b.width && y < b.height;
-            const Picture& shown = is_in_b ? b : a;
-            if (!is_in_a && !is_in_b) {
-                continue;
-            }
-            const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(shown.width) +
-                                   static_cast<std::size_t>(x);
-            std::uint8_t index = grey_index(shown, at);
-            if (!is_same_size) {
-                index = static_cast<std::uint8_t>(index + (is_in_a && is_in_b ? 0 : only_one));
-            } else if (memory.map.excess[at] > counted_levels) {
-                index = static_cast<std::uint8_t>(first_counted + std::min(memory.map.raw[at] / 4, ramp - 1));
-            } else if (memory.map.raw[at] > rounding_levels) {
-                index = static_cast<std::uint8_t>(first_noise + std::min(memory.map.raw[at] / 4, ramp - 1));
-            }
-            out[x] = index;
-        }
+    if (a.width != b.width || a.height != b.height) {
+        show_areas(a, b, picture);
+        return picture;
+    }
+    const std::uint8_t* excess = memory.map.excess.data();
+    const std::uint8_t* raw = memory.map.raw.data();
+    for (std::size_t i = 0; i < picture.indices.size(); ++i) {
+        const int level = std::min(raw[i] / 4, ramp - 1);
+        const int noise = raw[i] > rounding_levels ? first_noise + level : grey_index(b, i);
+        picture.indices[i] = static_cast<std::uint8_t>(excess[i] > counted_levels ? first_counted + level : noise);
     }
     return picture;
 }

@@ -18,6 +18,7 @@ struct PairSettings {
     PictureLimits accepted;
     Mask mask;
     std::vector<std::string> ignored_bodies; ///< names
+    bool judges = true; ///< false: only measured, for difference_picture(); the tier is then identical or changed
 };
 
 /// Memory of one thread, used again from pair to pair: about 60 bytes a pixel.

@@ -343,6 +343,8 @@ void write_review(const Source& reference, const Source& candidate, const Settin
 void visit_pairs(const Source& reference, const Source& candidate, const Settings& settings, const FilmTools* films,
                  const UsePair& use) {
     PairMemory memory;
+    PairSettings measuring = settings.pair;
+    measuring.judges = false;
     const auto check_interrupt = [&settings] {
         if (settings.is_interrupted()) {
             fail_interrupted();
@@ -354,7 +356,7 @@ void visit_pairs(const Source& reference, const Source& candidate, const Setting
             check_interrupt();
             Frame frame;
             if (has_a && has_b) {
-                compare_pictures(settings.pair, memory, frame);
+                compare_pictures(measuring, memory, frame);
             }
             use(memory, has_a, has_b, frame);
         });
@@ -364,7 +366,7 @@ void visit_pairs(const Source& reference, const Source& candidate, const Setting
         check_interrupt();
         Frame frame;
         const PairPaths paths{path_in(reference, name), path_in(candidate, name)};
-        compare_files(paths, settings.pair, memory, frame);
+        compare_files(paths, measuring, memory, frame);
         if (frame.status == Status::compared && memory.a.width == 0) {
             // Equal files were not decoded.
             decode_picture(memory.file_a, name, settings.pair.accepted, memory.a, memory.reader);

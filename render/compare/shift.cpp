@@ -22,25 +22,40 @@ constexpr double same_levels = 0.25;
 /// And the frames without shift differ by this many times more.
 constexpr double least_gain = 4.0;
 
+/// First row or column of a picture in cell k of the thumbnail.
+int cell_start(int k, int size) {
+    return static_cast<int>((std::int64_t{k} * size + side - 1) / side);
+}
+
 Thumbnail thumbnail_of(const Picture& picture) {
-    Thumbnail sums{};
-    std::array<float, side * side> counts{};
-    for (int y = 0; y < picture.height; ++y) {
-        const int row = y * side / picture.height;
-        for (int x = 0; x < picture.width; ++x) {
-            const auto cell = static_cast<std::size_t>(row * side + static_cast<int>(std::int64_t{x} * side / picture.width));
-            const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
-                                      static_cast<std::size_t>(x);
-            ++counts[cell];
-            for (std::size_t c = 0; c < 3; ++c) {
-                sums[cell * 3 + c] += picture.rgb[pixel * 3 + c];
+    Thumbnail means{};
+    const auto row_bytes = static_cast<std::size_t>(picture.width) * 3;
+    std::vector<std::uint32_t> sums; // of the rows of a cell, by column and channel
+    for (int row = 0; row < side; ++row) {
+        sums.assign(row_bytes, 0);
+        const int top = cell_start(row, picture.height);
+        const int bottom = cell_start(row + 1, picture.height);
+        for (int y = top; y < bottom; ++y) {
+            const std::uint8_t* pixels = picture.rgb.data() + static_cast<std::size_t>(y) * row_bytes;
+            for (std::size_t i = 0; i < row_bytes; ++i) {
+                sums[i] += pixels[i];
+            }
+        }
+        for (int column = 0; column < side; ++column) {
+            const int left = cell_start(column, picture.width);
+            const int right = cell_start(column + 1, picture.width);
+            const int count = std::max((bottom - top) * (right - left), 1);
+            for (int c = 0; c < 3; ++c) {
+                std::uint64_t sum = 0;
+                for (int x = left; x < right; ++x) {
+                    sum += sums[static_cast<std::size_t>(3 * x + c)];
+                }
+                means[static_cast<std::size_t>((row * side + column) * 3 + c)] =
+                    static_cast<float>(sum) / static_cast<float>(count);
             }
         }
     }
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-        sums[i] /= std::max(counts[i / 3], 1.0f);
-    }
-    return sums;
+    return means;
 }
 
 /// Of all frames; black for one that cannot be read, which fits nothing.

@@ -13,10 +13,12 @@ Picture to_colors(const IndexedPicture& indexed) {
     Picture picture;
     picture.width = indexed.width;
     picture.height = indexed.height;
-    picture.rgb.reserve(indexed.indices.size() * 3);
-    for (const std::uint8_t index : indexed.indices) {
-        const std::uint8_t* color = &indexed.palette[std::size_t{index} * 3];
-        picture.rgb.insert(picture.rgb.end(), color, color + 3);
+    picture.rgb.resize(indexed.indices.size() * 3);
+    for (std::size_t i = 0; i < indexed.indices.size(); ++i) {
+        const std::uint8_t* color = &indexed.palette[std::size_t{indexed.indices[i]} * 3];
+        for (std::size_t c = 0; c < 3; ++c) {
+            picture.rgb[3 * i + c] = color[c];
+        }
     }
     return picture;
 }
@@ -39,12 +41,25 @@ public:
     void set(int panel, const Picture& picture) {
         const int width = std::min(panel_width_, picture.width / factor_);
         const int height = std::min(film_.height, picture.height / factor_);
+        const auto row_bytes = static_cast<std::size_t>(picture.width) * 3;
+        const int count = factor_ * factor_;
         for (int y = 0; y < height; ++y) {
-            for (int x = 0; x < width; ++x) {
-                for (int c = 0; c < 3; ++c) {
-                    film_.rgb[static_cast<std::size_t>((y * film_.width + panel * panel_width_ + x) * 3 + c)] =
-                        mean(picture, x * factor_, y * factor_, c);
+            sums_.assign(row_bytes, 0);
+            for (int row = y * factor_; row < (y + 1) * factor_; ++row) {
+                const std::uint8_t* pixels = picture.rgb.data() + static_cast<std::size_t>(row) * row_bytes;
+                std::uint32_t* sums = sums_.data();
+                for (std::size_t i = 0; i < row_bytes; ++i) {
+                    sums[i] += pixels[i];
                 }
+            }
+            std::uint8_t* out = &film_.rgb[static_cast<std::size_t>(y * film_.width + panel * panel_width_) * 3];
+            for (int i = 0; i < 3 * width; ++i) {
+                const std::uint32_t* first = &sums_[static_cast<std::size_t>(i / 3 * factor_ * 3 + i % 3)];
+                std::uint32_t sum = static_cast<std::uint32_t>(count / 2);
+                for (int k = 0; k < factor_; ++k) {
+                    sum += first[3 * k];
+                }
+                out[i] = static_cast<std::uint8_t>(sum / static_cast<std::uint32_t>(count));
             }
         }
     }
@@ -52,21 +67,10 @@ public:
     const Picture& film() const { return film_; }
 
 private:
-    std::uint8_t mean(const Picture& picture, int left, int top, int c) const {
-        int sum = 0;
-        for (int y = top; y < top + factor_; ++y) {
-            for (int x = left; x < left + factor_; ++x) {
-                sum += picture.rgb[(static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
-                                    static_cast<std::size_t>(x)) * 3 + static_cast<std::size_t>(c)];
-            }
-        }
-        const int count = factor_ * factor_;
-        return static_cast<std::uint8_t>((sum + count / 2) / count);
-    }
-
     int factor_;
     int panel_width_ = 1;
     Picture film_;
+    std::vector<std::uint32_t> sums_; ///< of factor rows
 };
 
 } // namespace
