@@ -47,14 +47,32 @@ double largest_eigenvalue(const Mat2& k) {
     return half_trace + std::sqrt(std::max(half_trace * half_trace - k.determinant(), 0.0));
 }
 
+const ContactGeometry& geometry_of(const ContactGeometry& at) {
+    return at;
+}
+const ContactGeometry& geometry_of(const Contact& contact) {
+    return contact.at;
+}
+
 /// Length of the block that begins with the first of these contacts.
-std::size_t block_length(std::span<const ContactGeometry> contacts) {
+template <typename Any>
+std::size_t block_length(std::span<const Any> contacts) {
+    const Vec3& n = geometry_of(contacts[0]).n;
     std::size_t length = 1;
     while (length < contacts.size() && length < block_size &&
-           (contacts[length].n - contacts[0].n).norm() < same_normal) {
+           (geometry_of(contacts[length]).n - n).norm() < same_normal) {
         ++length;
     }
     return length;
+}
+
+template <typename Any>
+std::size_t count_blocks(std::span<const Any> contacts) {
+    std::size_t count = 0;
+    for (; !contacts.empty(); ++count) {
+        contacts = contacts.subspan(block_length(contacts));
+    }
+    return count;
 }
 
 } // namespace
@@ -90,11 +108,10 @@ PairMaterial pair_material(const BodyProps& a, const BodyProps& b) {
 }
 
 std::size_t block_count(std::span<const ContactGeometry> contacts) {
-    std::size_t count = 0;
-    for (; !contacts.empty(); ++count) {
-        contacts = contacts.subspan(block_length(contacts));
-    }
-    return count;
+    return count_blocks(contacts);
+}
+std::size_t block_count(std::span<const Contact> contacts) {
+    return count_blocks(contacts);
 }
 
 void ContactBlocks::append(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,

@@ -153,6 +153,7 @@ private:
 
 /// Number of blocks that `append` makes of these contacts.
 std::size_t block_count(std::span<const ContactGeometry> contacts);
+std::size_t block_count(std::span<const Contact> contacts);
 
 /// Relative twist (u at the block's centre, w) in the block's frame [m/s], [rad/s].
 inline Vec6 relative_twist(const ContactBlock& block, std::span<const Velocity> velocity) {

@@ -106,11 +106,6 @@ double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vec
     return worst;
 }
 
-/// Displacement [m] in the block's tangents that this step takes back of the slip of earlier ones.
-Vec2 ContactSolver::owed_displacement(const ContactBlock& block, const ContactMemory& memory) const {
-    return relaxation_ * step_share_ * Vec2(memory.slip.dot(block.frame.col(0)), memory.slip.dot(block.frame.col(1)));
-}
-
 /// Gaps and displacements at the predicted poses, and the targets that close them (eq. 8: the velocity change
 /// d_n / h). Returns the largest error [m] of a gap, two-sided where the contact carries load.
 double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
@@ -170,7 +165,7 @@ double ContactSolver::measure_block(const Bodies& bodies, const std::vector<Pair
             const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
             d_t = in_plane(d - d.dot(at.n) * at.n);
         }
-        point.u_t_target = u_t - (d_t + owed_displacement(block, pair.memory[i])) / h_;
+        point.u_t_target = u_t - (d_t + contact.owed) / h_;
     }
     return worst;
 }

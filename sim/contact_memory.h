@@ -24,6 +24,7 @@ struct ContactMemory {
 struct PairContacts {
     Manifold manifold;
     std::vector<ContactMemory> memory; ///< [manifold.contacts]
+    std::size_t blocks = 0;            ///< that its contacts make; see block_count()
     PairMaterial material;
     double least_gap = 0.0;            ///< [m] of its contacts
     bool was_ahead = false;            ///< a contact of it took an impact away that is to be given back
@@ -31,9 +32,9 @@ struct PairContacts {
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
 };
 
-/// Takes over, contact by contact, what `old` remembered: by feature id, else the nearest core within `reach`
-/// [m].
-void match_memory(std::span<const ContactMemory> old, PairContacts& pair, double reach);
+/// After a change of the pair's contacts: hands what its memory holds to them, by feature id, else to the nearest core
+/// within `reach` [m].
+void match_memory(PairContacts& pair, double reach);
 
 /// Sums up what the pair's contacts tell of it as a whole: the members after `material`.
 void sum_up(PairContacts& pair);

@@ -107,8 +107,7 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
         Taken taken;
         for (std::size_t pair = first; pair < last; ++pair) {
-            take(bodies, pairs[pair], taken);
-            places[pair + 1] = {block_count(taken.at), taken.at.size()};
+            places[pair + 1] = size_of(bodies, pairs[pair], taken);
         }
     });
     for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
@@ -136,6 +135,15 @@ void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairCon
     resize({place.block + block_count(taken.at), place.point + taken.at.size()});
     place_contacts(bodies, added, pair, place, taken);
     apply_impulses(bodies, place.block);
+}
+
+/// Blocks and points that take() will hold of a pair. taken: memory.
+ContactSolver::Place ContactSolver::size_of(const Bodies& bodies, const PairContacts& pair, Taken& taken) const {
+    if (!stop_at_impacts_) {
+        return {pair.blocks, pair.manifold.contacts.size()};
+    }
+    take(bodies, pair, taken);
+    return {block_count(taken.at), taken.at.size()};
 }
 
 /// The contacts of a pair that the solve holds; impacts are waited for, where the step stops at them.
@@ -231,6 +239,10 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         }
         resting.point_a = bodies.pose[a].orientation.conjugate() * (at.a - bodies.pose[a].position);
         resting.point_b = bodies.pose[b].orientation.conjugate() * (at.b - bodies.pose[b].position);
+        if (block.has_friction()) {
+            resting.owed = relaxation_ * step_share_ *
+                           Vec2(memory.slip.dot(block.frame.col(0)), memory.slip.dot(block.frame.col(1)));
+        }
         if (settings_.warm_start && memory.p_n > 0.0) {
             const double stretch = interval / memory.interval;
             const double scale = stretch <= largest_stretch ? stretch : 0.0;
@@ -434,8 +446,7 @@ void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairCo
         if (!block.has_friction()) {
             continue;
         }
-        const Vec3 d_t = in_world(h_ * (tangential_velocity(point, twist) - point.u_t_target) -
-                                  owed_displacement(block, memory));
+        const Vec3 d_t = in_world(h_ * (tangential_velocity(point, twist) - point.u_t_target) - contact.owed);
         memory.slip = memory.is_sticking ? Vec3(memory.slip + d_t) : Vec3(Vec3::Zero());
         memory.sliding = memory.is_sticking ? Vec3(Vec3::Zero()) : Vec3(d_t / h_);
     }

@@ -13,6 +13,7 @@ struct RestingContact {
     int pair = -1;               ///< index into the pairs
     int index = -1;              ///< index into the pair's contacts
     double gap_target = 0.0;     ///< [m] at t0 + h
+    Vec2 owed = Vec2::Zero();    ///< [m] of the slip of earlier steps, taken back in this one; in the block's tangents
     Vec3 point_a = Vec3::Zero(); ///< material points whose distance is d: body frames [m]
     Vec3 point_b = Vec3::Zero();
     bool is_ahead = false;       ///< placed before its impact
@@ -74,6 +75,7 @@ private:
         std::size_t block = 0;
         std::size_t point = 0;
     };
+    Place size_of(const Bodies& bodies, const PairContacts& pair, Taken& taken) const;
     void take(const Bodies& bodies, const PairContacts& pair, Taken& taken) const;
     void resize(const Place& end);
     void place_contacts(const Bodies& bodies, const PairContacts& pair, int pair_index, const Place& place,
@@ -86,7 +88,6 @@ private:
     double measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     double measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs, const ContactBlock& block);
     double curvature_bound(const Bodies& bodies, int a, int b) const;
-    Vec2 owed_displacement(const ContactBlock& block, const ContactMemory& memory) const;
     bool update_marks(const std::vector<PairContacts>& pairs);
     int iterate(const Bodies& bodies, double tolerance, int budget, bool& converged);
     void shock_propagation(const Bodies& bodies);

@@ -194,7 +194,7 @@ void WorldState::find_contacts(StepReport& report) {
                                       box_pose[i].orientation.coeffs() != bodies.pose[i].orientation.coeffs());
     }
     update_axes(bodies.pose, moved);
-    std::vector<PairContacts> found(candidates.size());
+    std::vector<PairContacts> found = pairs_of_candidates();
     workers.run(
         candidates.size(),
         [&](std::size_t first, std::size_t last) {
@@ -211,7 +211,26 @@ void WorldState::find_contacts(StepReport& report) {
     report.manifolds = static_cast<int>(pairs.size());
 }
 
-/// Contacts of one pair at the present poses, with what the last step remembered of them. contacts: scratch.
+/// For each candidate what the last step remembers of it, taken out of `pairs`; without contacts where that is nothing.
+std::vector<PairContacts> WorldState::pairs_of_candidates() {
+    const auto key = [](const PairContacts& p) { return BodyPair{p.manifold.body_a, p.manifold.body_b}; };
+    if (sorted_pairs < pairs.size()) {
+        std::ranges::sort(pairs, {}, key);
+    }
+    std::vector<PairContacts> known(candidates.size());
+    auto pair = pairs.begin();
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+        while (pair != pairs.end() && key(*pair) < candidates[k]) {
+            ++pair;
+        }
+        if (pair != pairs.end() && key(*pair) == candidates[k]) {
+            known[k] = std::move(*pair++);
+        }
+    }
+    return known;
+}
+
+/// Contacts of one pair at the present poses; pair: what the last step remembers of it. contacts: memory.
 void WorldState::find_pair_contacts(std::size_t k, std::vector<Contact>& contacts, PairContacts& pair) const {
     const BodyPair& candidate = candidates[k];
     const auto a = static_cast<std::size_t>(candidate.a);
@@ -219,26 +238,24 @@ void WorldState::find_pair_contacts(std::size_t k, std::vector<Contact>& contact
     const Shape& shape_a = bodies.props[a].shape;
     const Shape& shape_b = bodies.props[b].shape;
     const double margin = margin_of(candidate.a, candidate.b);
-    if (are_boxes(candidate)) {
-        if (axes[k].separation() > margin) {
-            return;
-        }
+    contacts.clear();
+    if (!are_boxes(candidate)) {
+        sim::find_contacts(shape_a, bodies.pose[a], shape_b, bodies.pose[b], margin, contacts);
+    } else if (axes[k].separation() <= margin) {
         find_box_contacts(std::get<Box>(shape_a), bodies.pose[a], std::get<Box>(shape_b), bodies.pose[b], axes[k],
                           margin, contacts);
-    } else {
-        sim::find_contacts(shape_a, bodies.pose[a], shape_b, bodies.pose[b], margin, contacts);
     }
+    const bool is_known = !pair.manifold.contacts.empty();
+    pair.manifold.contacts.assign(contacts.begin(), contacts.end());
     if (contacts.empty()) {
         return;
     }
-    pair.manifold.contacts = contacts;
-    pair.manifold.body_a = candidate.a;
-    pair.manifold.body_b = candidate.b;
-    const std::size_t old = pair_index(candidate);
-    const bool is_known = old < pairs.size();
-    pair.material = is_known ? pairs[old].material : pair_material(bodies.props[a], bodies.props[b]);
-    match_memory(is_known ? std::span<const ContactMemory>(pairs[old].memory) : std::span<const ContactMemory>{}, pair,
-                 reach_of(candidate));
+    if (!is_known) {
+        pair.manifold.body_a = candidate.a;
+        pair.manifold.body_b = candidate.b;
+        pair.material = pair_material(bodies.props[a], bodies.props[b]);
+    }
+    match_memory(pair, reach_of(candidate));
     sum_up(pair);
 }
 
@@ -325,7 +342,7 @@ int WorldState::repair() {
         PairContacts fresh;
         fresh.manifold = {candidate.a, candidate.b, contacts};
         fresh.material = pair_material(bodies.props[a], bodies.props[b]);
-        match_memory({}, fresh, 0.0);
+        match_memory(fresh, 0.0);
         added.push_back(std::move(fresh));
     }
     for (PairContacts& pair : added) {
@@ -370,9 +387,8 @@ void WorldState::replace_contacts(std::size_t index, const std::vector<Contact>&
     }
     PairContacts& pair = pairs[index];
     contact_solver.drop_contacts(bodies, static_cast<int>(index));
-    const std::vector<ContactMemory> memory = std::move(pair.memory);
     pair.manifold.contacts = contacts;
-    match_memory(memory, pair, reach_of({pair.manifold.body_a, pair.manifold.body_b}));
+    match_memory(pair, reach_of({pair.manifold.body_a, pair.manifold.body_b}));
     contact_solver.add_contacts(bodies, pairs, static_cast<int>(index));
 }
 

@@ -64,6 +64,7 @@ struct WorldState {
     double margin_of(int a, int b) const;
     double reach_of(const BodyPair& pair) const;
     std::size_t pair_index(const BodyPair& pair) const;
+    std::vector<PairContacts> pairs_of_candidates();
     Snapshot take_snapshot(ContactDetail contacts) const;
 
     std::vector<std::string> names;

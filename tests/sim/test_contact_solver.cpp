@@ -40,9 +40,7 @@ struct Stack {
         const auto ib = static_cast<std::size_t>(b);
         find_contacts(bodies.props[ia].shape, bodies.pose[ia], bodies.props[ib].shape, bodies.pose[ib], 1e-3,
                       found.manifold.contacts);
-        for (const Contact& contact : found.manifold.contacts) {
-            found.memory.push_back({.id = contact.feature.id, .core_a = contact.feature.core_a});
-        }
+        match_memory(found, 0.0);
     }
     void solve() {
         solver.prepare(bodies, pairs, {}, {}, settings, h);
@@ -127,7 +125,8 @@ TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
         old[i].p_n = static_cast<double>(i + 1);
     }
     std::ranges::reverse(old);
-    match_memory(old, stack.pairs[0], 0.01);
+    stack.pairs[0].memory = old;
+    match_memory(stack.pairs[0], 0.01);
     for (std::size_t i = 0; i < 4; ++i) {
         EXPECT_EQ(stack.pairs[0].memory[i].p_n, static_cast<double>(i + 1));
     }
@@ -135,9 +134,11 @@ TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
         memory.id += 1000; // other features, 1 mm away
         memory.core_a.x() += 1e-3;
     }
-    match_memory(old, stack.pairs[0], 0.01);
+    stack.pairs[0].memory = old;
+    match_memory(stack.pairs[0], 0.01);
     EXPECT_EQ(stack.pairs[0].memory[2].p_n, 3.0);
     EXPECT_EQ(stack.pairs[0].memory[2].id, stack.pairs[0].manifold.contacts[2].feature.id);
-    match_memory(old, stack.pairs[0], 1e-4); // out of reach
+    stack.pairs[0].memory = old;
+    match_memory(stack.pairs[0], 1e-4); // out of reach
     EXPECT_EQ(stack.pairs[0].memory[2].p_n, 0.0);
 }
