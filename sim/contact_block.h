@@ -59,6 +59,7 @@ struct ContactBlock {
     double node_weight = 1.0;
     bool is_sticking = false; ///< the mark of eq. 6
     bool is_flat = false;     ///< a face against points: its gaps are linear in small changes of velocity
+    bool is_face_of_a = false; ///< then: whose face
     Vec3 r_a = Vec3::Zero();  ///< middle of the contacts on a from its centre of mass [m]
     Vec3 r_b = Vec3::Zero();
     Mat3 frame = Mat3::Identity(); ///< columns t_1, t_2, n

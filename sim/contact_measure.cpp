@@ -124,50 +124,65 @@ double ContactSolver::measure_block(const Bodies& bodies, const std::vector<Pair
     const PlacedBody& pose_a = placed_[static_cast<std::size_t>(block.a)];
     const PlacedBody& pose_b = placed_[static_cast<std::size_t>(block.b)];
     const Vec6 twist = relative_twist(block, velocity_);
-    const auto in_plane = [&](const Vec3& x) {
-        return Vec2(x.dot(block.frame.col(0)), x.dot(block.frame.col(1)));
-    };
+    const Eigen::Matrix<double, 3, 2> tangents = block.frame.leftCols<2>();
+    Vec3 n = block.frame.col(2);
+    if (block.is_flat) {
+        const auto face = static_cast<std::size_t>(block.is_face_of_a ? block.a : block.b);
+        n = placed_[face].rotation * (bodies.pose[face].orientation.conjugate() * n);
+    }
     for (int k = block.first; k < block.first + block.count; ++k) {
         ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
         const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
-        const PairContacts& pair = pairs[static_cast<std::size_t>(contact.pair)];
-        const auto i = static_cast<std::size_t>(contact.index);
-        const ContactFeature& feature = pair.manifold.contacts[i].feature;
-        ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
-        if (feature.kind == FeatureKind::edges &&
-            (at.a - pose_a * contact.point_a).norm() >
-                wander_share * std::min(bodies.props[static_cast<std::size_t>(block.a)].bounding_radius,
-                                        bodies.props[static_cast<std::size_t>(block.b)].bounding_radius)) {
-            at.n = block.frame.col(2);
-            at.a = pose_a * contact.point_a;
-            at.b = pose_b * contact.point_b;
-            at.gap = at.n.dot(at.a - at.b);
+        Displacement moved;
+        if (contact.is_on_face) {
+            const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
+            moved.gap = n.dot(d);
+            moved.d_t = tangents.transpose() * (d - moved.gap * n);
+        } else {
+            moved = displacement(bodies, pairs[static_cast<std::size_t>(contact.pair)], block, twist, k);
         }
-        const double missing = contact.gap_target - at.gap;
+        const double missing = contact.gap_target - moved.gap;
         worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
         point.u_n_target = normal_velocity(point, twist) + missing / h_;
-        if (!block.has_friction()) {
-            continue;
+        if (block.has_friction()) {
+            point.u_t_target = tangential_velocity(point, twist) - (moved.d_t + contact.owed) / h_;
         }
-        const Vec2 u_t = tangential_velocity(point, twist);
-        Vec2 d_t; // tangential displacement over the step
-        if (feature.rim_radius > 0.0) {
-            const ContactGeometry& start = pair.manifold.contacts[i].at;
-            const auto a = static_cast<std::size_t>(block.a);
-            const auto b = static_cast<std::size_t>(block.b);
-            d_t = in_plane(rolled(bodies.pose[a], predicted_[a], start.a, at.a) -
-                           rolled(bodies.pose[b], predicted_[b], start.b, at.b));
-        } else if (is_curved(feature)) {
-            // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at
-            // mid-step.
-            d_t = h_ * (u_t + in_plane(0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_)));
-        } else {
-            const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
-            d_t = in_plane(d - d.dot(at.n) * at.n);
-        }
-        point.u_t_target = u_t - (d_t + contact.owed) / h_;
     }
     return worst;
+}
+
+/// Of point k of the block, whatever touches there.
+ContactSolver::Displacement ContactSolver::displacement(const Bodies& bodies, const PairContacts& pair,
+                                                        const ContactBlock& block, const Vec6& twist, int k) const {
+    const auto a = static_cast<std::size_t>(block.a);
+    const auto b = static_cast<std::size_t>(block.b);
+    const PlacedBody& pose_a = placed_[a];
+    const PlacedBody& pose_b = placed_[b];
+    const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
+    const auto& [feature, start] = pair.manifold.contacts[static_cast<std::size_t>(contact.index)];
+    const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
+    ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
+    if (feature.kind == FeatureKind::edges &&
+        (at.a - pose_a * contact.point_a).norm() >
+            wander_share * std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius)) {
+        at.n = block.frame.col(2);
+        at.gap = at.n.dot(d);
+    }
+    const Eigen::Matrix<double, 3, 2> tangents = block.frame.leftCols<2>();
+    if (!block.has_friction()) {
+        return {at.gap};
+    }
+    if (feature.rim_radius > 0.0) {
+        return {at.gap, tangents.transpose() * (rolled(bodies.pose[a], predicted_[a], start.a, at.a) -
+                                                rolled(bodies.pose[b], predicted_[b], start.b, at.b))};
+    }
+    if (is_curved(feature)) {
+        // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
+        const Vec3 fall = 0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_);
+        return {at.gap, h_ * (tangential_velocity(loop_.points[static_cast<std::size_t>(k)], twist) +
+                              tangents.transpose() * fall)};
+    }
+    return {at.gap, tangents.transpose() * (d - d.dot(at.n) * at.n)};
 }
 
 } // namespace sim

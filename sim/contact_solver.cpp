@@ -207,8 +207,8 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
     bool touches = false;
     const ContactFeature& feature =
         pair.manifold.contacts[static_cast<std::size_t>(contacts_[static_cast<std::size_t>(block.first)].index)].feature;
-    block.is_flat =
-        (feature.kind == FeatureKind::face_a || feature.kind == FeatureKind::face_b) && !is_curved(feature);
+    block.is_face_of_a = feature.kind == FeatureKind::face_a;
+    block.is_flat = (block.is_face_of_a || feature.kind == FeatureKind::face_b) && !is_curved(feature);
     for (int k = block.first; k < block.first + block.count; ++k) {
         const auto i = static_cast<std::size_t>(contacts_[static_cast<std::size_t>(k)].index);
         last_interval = std::max(last_interval, pair.memory[i].last_interval);
@@ -225,7 +225,8 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
     for (int k = block.first; k < block.first + block.count; ++k) {
         ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
         RestingContact& resting = contacts_[static_cast<std::size_t>(k)];
-        const ContactGeometry& at = pair.manifold.contacts[static_cast<std::size_t>(resting.index)].at;
+        const auto& [own, at] = pair.manifold.contacts[static_cast<std::size_t>(resting.index)];
+        resting.is_on_face = block.is_flat && own.kind == feature.kind && !is_curved(own);
         const ContactMemory& memory = pair.memory[static_cast<std::size_t>(resting.index)];
         resting.is_ahead = at.gap > settings_.tolerance;
         resting.u_n_before = normal_velocity(point, twist);

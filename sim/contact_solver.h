@@ -16,6 +16,7 @@ struct RestingContact {
     Vec2 owed = Vec2::Zero();    ///< [m] of the slip of earlier steps, taken back in this one; in the block's tangents
     Vec3 point_a = Vec3::Zero(); ///< material points whose distance is d: body frames [m]
     Vec3 point_b = Vec3::Zero();
+    bool is_on_face = false;     ///< a point fixed to one body, at the block's face of the other
     bool is_ahead = false;       ///< placed before its impact
     bool would_close = false;    ///< it is an impact: without impulses its gap would close in this interval
     double approach_speed = 0.0; ///< [m/s] it would touch with, without impulses
@@ -87,6 +88,12 @@ private:
     double measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     double measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     double measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs, const ContactBlock& block);
+    struct Displacement {
+        double gap = 0.0;         ///< [m] at the predicted poses
+        Vec2 d_t = Vec2::Zero();  ///< [m] tangential, over the interval; in the block's tangents
+    };
+    Displacement displacement(const Bodies& bodies, const PairContacts& pair, const ContactBlock& block, const Vec6& twist,
+                              int k) const;
     double curvature_bound(const Bodies& bodies, int a, int b) const;
     bool update_marks(const std::vector<PairContacts>& pairs);
     int iterate(const Bodies& bodies, double tolerance, int budget, bool& converged);
