@@ -106,22 +106,28 @@ LANES_INLINE void fit_impulses(const Visit<N>& v, const Sym3& w, const Real* act
     const Real extent = n * (cx * cx + cy * cy) + trace;
     const Mask spread = trace > (collinear * collinear) * extent;
     const Mask plane = spread & ((m11 * m22 - m12 * m12) > collinear * (trace * trace));
-    const Mask first_larger = m11 >= m22;
-    const Real d1 = select(first_larger, m11, m12);
-    const Real d2 = select(first_larger, m12, m22);
-    const Real length = sqrt(d1 * d1 + d2 * d2);
-    const Real unit = 1.0 / select(spread, length, real(1.0));
-    const Real b11 = select(plane, real(1.0), select(spread, d1 * unit, real(1.0)));
-    const Real b12 = select(plane, real(0.0), select(spread, d2 * unit, real(0.0)));
+    const Mask line = spread & ~plane;
+    const Real zero = real(0.0);
+    Real b11 = real(1.0);
+    Real b12 = zero;
+    Real per_line = zero;
+    if (any(line)) {
+        const Mask first_larger = m11 >= m22;
+        const Real d1 = select(first_larger, m11, m12);
+        const Real d2 = select(first_larger, m12, m22);
+        const Real unit = 1.0 / select(line, sqrt(d1 * d1 + d2 * d2), real(1.0));
+        b11 = select(line, d1 * unit, b11);
+        b12 = select(line, d2 * unit, zero);
+        const Real q11 = b11 * (m11 * b11 + m12 * b12) + b12 * (m12 * b11 + m22 * b12);
+        per_line = select(line, 1.0 / select(line, q11, real(1.0)), zero);
+    }
     const Real b21 = -b12;
     const Real b22 = b11;
-    // Gram matrix and slopes in the basis, inverse of the Gram matrix on the directions it has.
-    const Real q11 = b11 * (m11 * b11 + m12 * b12) + b12 * (m12 * b11 + m22 * b12);
-    const Real determinant = select(plane, m11 * m22 - m12 * m12, real(1.0));
-    const Real per_line = 1.0 / select(spread, q11, real(1.0));
-    const Real g11 = select(plane, m22 / determinant, select(spread, per_line, real(0.0)));
-    const Real g12 = select(plane, -m12 / determinant, real(0.0));
-    const Real g22 = select(plane, m11 / determinant, real(0.0));
+    // Inverse of the Gram matrix in the basis, on the directions it has; slopes.
+    const Real per_determinant = select(plane, 1.0 / select(plane, m11 * m22 - m12 * m12, real(1.0)), zero);
+    const Real g11 = m22 * per_determinant + per_line;
+    const Real g12 = -m12 * per_determinant;
+    const Real g22 = m11 * per_determinant;
     const Real e1 = b11 * f1 + b12 * f2;
     const Real e2 = b21 * f1 + b22 * f2;
     const Real s1 = g11 * e1 + g12 * e2;
@@ -133,7 +139,6 @@ LANES_INLINE void fit_impulses(const Visit<N>& v, const Sym3& w, const Real* act
     const Real3 w0 = w * row;
     const Real3 w1 = w * row1;
     const Real3 w2 = w * row2;
-    const Real zero = real(0.0);
     Sym3 a{dot(row, w0), dot(row1, w0), dot(row2, w0), dot(row1, w1), dot(row2, w1), dot(row2, w2)};
     a.xy = select(spread, a.xy, zero);
     a.yy = select(spread, a.yy, a.xx);

@@ -162,6 +162,11 @@ Polygon incident_face(const Vec3& half, const Mat3& rotation, const Vec3& offset
     return face;
 }
 
+/// A point of the box in its body's frame; they are one but for parts of compounds.
+Vec3 in_body(const PlacedBox& box, const Vec3& x) {
+    return box.body_from_box.orientation.w() == 1.0 ? Vec3(box.body_from_box.position + x) : box.body_from_box * x;
+}
+
 /// The manifold of one reference face against the other box. `reference_is_a` tells whose face it is.
 void face_contacts(const PlacedBox& reference, const PlacedBox& incident, const Frames& f,
                    bool reference_is_a, const AxisChoice& axis, double margin, std::uint64_t id_base,
@@ -210,8 +215,8 @@ void face_contacts(const PlacedBox& reference, const PlacedBox& incident, const 
         ContactFeature& feature = contact.feature;
         feature.id = id_base + face_id * 64 + static_cast<std::uint64_t>(p.edge_in * 8 + p.edge_out);
         feature.kind = reference_is_a ? FeatureKind::face_a : FeatureKind::face_b;
-        const Vec3 core_reference = reference.body_from_box * on_face;
-        const Vec3 core_incident = incident.body_from_box * on_incident;
+        const Vec3 core_reference = in_body(reference, on_face);
+        const Vec3 core_incident = in_body(incident, on_incident);
         feature.core_a = reference_is_a ? core_reference : core_incident;
         feature.core_b = reference_is_a ? core_incident : core_reference;
         (reference_is_a ? feature.direction_a : feature.direction_b) = direction;

@@ -79,12 +79,15 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     loop_.clear();
     energy_owed_ = 0.0;
     quiet_.resize(pairs.size());
+    ends_.resize(pairs.size());
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
-            const auto a = static_cast<std::size_t>(pairs[k].manifold.body_a);
-            const auto b = static_cast<std::size_t>(pairs[k].manifold.body_b);
+            if (pass == 0) {
+                ends_[k] = {pairs[k].manifold.body_a, pairs[k].manifold.body_b};
+            }
             // Where the pass before changed nothing, nothing has become a collision.
-            const bool same = pass > 0 && joints_.empty() && changed_[a] == 0 && changed_[b] == 0;
+            const bool same = pass > 0 && joints_.empty() && changed_[static_cast<std::size_t>(ends_[k].first)] == 0 &&
+                              changed_[static_cast<std::size_t>(ends_[k].second)] == 0;
             quiet_[k] = same || (!(pass == 0 && pairs[k].was_ahead) &&
                                  is_quiet(bodies, pairs[k], velocity, threshold, reach, shortest));
         }
