@@ -12,8 +12,6 @@ constexpr int set_rounds = 4;
 constexpr int fallback_rounds = 5;
 /// Projections within one friction solve: more gain little, the loop over the blocks goes on anyway.
 constexpr int projection_rounds = 2;
-/// Projections end when they change the velocities by less than this share [-] of the first change.
-constexpr double settled = 1e-3;
 /// Velocities this share [-] of their terms below the target are at it.
 constexpr double rounding = 1e-12;
 /// Targets that a rigid motion misses by no more than this share [-] of the velocities asked for are consistent.
@@ -63,7 +61,9 @@ struct Visit {
 
     void solve_normals(Real slack);
     void solve_friction();
-    void add_friction(Mask moved, const Real* new_1, const Real* new_2, Real& largest_change);
+    Mask stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const;
+    void slide(Mask slides, Real sum, Real* new_1, Real* new_2) const;
+    void add_friction(const Real* new_1, const Real* new_2);
 };
 
 /// Least-squares normal impulses of the points with active[k] = 1 (else 0) that bring their velocities to their
@@ -239,11 +239,16 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
             impulse[k] = select(open, p_n[k], impulse[k]);
         }
         Real3 now = wn * normal_wrench(impulse);
+        Real per_response[N];
+        for (int k = 0; k < N; ++k) {
+            const Real3 row{one, y[k], -x[k]};
+            per_response[k] = 1.0 / dot(row, wn * row);
+        }
         for (int round = 0; round < fallback_rounds; ++round) {
             for (int k = 0; k < N; ++k) {
                 const Real3 row{one, y[k], -x[k]};
                 const Real3 response = wn * row;
-                const Real next = max(impulse[k] - (excess[k] + dot(row, now)) / dot(row, response), zero);
+                const Real next = max(impulse[k] - (excess[k] + dot(row, now)) * per_response[k], zero);
                 const Real step = select(open, next - impulse[k], zero);
                 now = now + step * response;
                 impulse[k] = impulse[k] + step;
@@ -267,13 +272,13 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     }
 }
 
-/// Puts new friction impulses in place in the lanes `moved`.
+/// Puts new friction impulses in place.
 template <int N>
-LANES_INLINE void Visit<N>::add_friction(Mask moved, const Real* new_1, const Real* new_2, Real& largest_change) {
+LANES_INLINE void Visit<N>::add_friction(const Real* new_1, const Real* new_2) {
     const Real3 before = friction_wrench();
     for (int k = 0; k < N; ++k) {
-        p_1[k] = select(moved, new_1[k], p_1[k]);
-        p_2[k] = select(moved, new_2[k], p_2[k]);
+        p_1[k] = new_1[k];
+        p_2[k] = new_2[k];
     }
     const Real3 added = friction_wrench() - before;
     Twist d;
@@ -293,28 +298,22 @@ LANES_INLINE void Visit<N>::add_friction(Mask moved, const Real* new_1, const Re
         const Real u2 = d.u.y + d.w.z * x[k];
         square = max(square, u1 * u1 + u2 * u2);
     }
-    largest_change = sqrt(square);
+    change = max(change, sqrt(square));
 }
 
-/// Friction impulses for the present normal impulses (eq. 4-6 for the block).
+/// Friction impulses that stop the slip of all loaded points: weighted mean slip, and turning about the pressure centre.
+/// Returns the lanes in which none is beyond its limit. sum: of the normal impulses.
 template <int N>
-LANES_INLINE void Visit<N>::solve_friction() {
+LANES_INLINE Mask Visit<N>::stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const {
     const Real zero = real(0.0);
-    const Real one = real(1.0);
-    const Real mu = load(batch.mu);
-    Real sum = zero;
     Real cx = zero;
     Real cy = zero;
     for (int k = 0; k < N; ++k) {
-        sum += p_n[k];
         cx += p_n[k] * x[k];
         cy += p_n[k] * y[k];
     }
-    const Mask loaded = sum > 0.0;
-    const Real per_load = 1.0 / select(loaded, sum, one);
     cx *= per_load;
     cy *= per_load;
-    // Stop the slip of all loaded points (stop_slip): weighted mean slip, and turning about the pressure centre.
     Real slip1 = zero;
     Real slip2 = zero;
     Real inertia = zero;
@@ -332,7 +331,7 @@ LANES_INLINE void Visit<N>::solve_friction() {
     slip1 *= per_load;
     slip2 *= per_load;
     const Mask turns = inertia > (collinear * collinear) * (sum * (cx * cx + cy * cy) + inertia);
-    const Real per_inertia = 1.0 / select(turns, inertia, one);
+    const Real per_inertia = 1.0 / select(turns, inertia, real(1.0));
     // Response of (u_1, u_2 at the pressure centre, w_n) to (P_1, P_2, L_n about it).
     const Real w55 = w(5, 5);
     const Real k02 = w(0, 5) - cy * w55;
@@ -347,68 +346,86 @@ LANES_INLINE void Visit<N>::solve_friction() {
     const Real share1 = (held.x - stop.x) * per_load;
     const Real share2 = (held.y - stop.y) * per_load;
     const Real twisting = select(turns, (held.z - cx * held.y + cy * held.x - stop.z) * per_inertia, zero);
-    Real new_1[N];
-    Real new_2[N];
-    Mask sticks = loaded | ~loaded;
+    const Real mu = load(batch.mu);
+    Mask sticks = sum >= 0.0;
     for (int k = 0; k < N; ++k) {
         new_1[k] = p_n[k] * (share1 - twisting * (y[k] - cy));
         new_2[k] = p_n[k] * (share2 + twisting * (x[k] - cx));
         const Real radius = mu * p_n[k];
         sticks &= new_1[k] * new_1[k] + new_2[k] * new_2[k] <= radius * radius;
+    }
+    return sticks;
+}
+
+/// One projection onto the friction discs in the lanes `slides`.
+template <int N>
+LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_2) const {
+    const Real zero = real(0.0);
+    const Real one = real(1.0);
+    const Real mu = load(batch.mu);
+    const Real weight = load(batch.node_weight);
+    const Mask marked = load(batch.sticking) > 0.5;
+    const Real per_k_load = 1.0 / select(slides, load(batch.k_t) * sum, one);
+    const Real3 start = load3(batch.before);
+    for (int k = 0; k < N; ++k) {
+        const Mask carries = p_n[k] > 0.0;
+        const Real u1 = twist.u.x - twist.w.z * y[k];
+        const Real u2 = twist.u.y + twist.w.z * x[k];
+        const Real s1 = u1 - load(points[k].u_t_target[0]);
+        const Real s2 = u2 - load(points[k].u_t_target[1]);
+        // The sliding direction at t0, between the velocities before and after the impulses; nearer to stopping
+        // in this step, its slip tells the direction (see slid_impulse in block_solve.cpp).
+        const Real before1 = start.x - start.z * y[k];
+        const Real before2 = start.y + start.z * x[k];
+        const Real at1 = before1 + weight * (u1 - before1);
+        const Real at2 = before2 + weight * (u2 - before2);
+        const Real o1 = at1 - s1;
+        const Real o2 = at2 - s2;
+        const Real stopped = o1 * o1 + o2 * o2;
+        const Real moving = s1 * s1 + s2 * s2;
+        const Mask by_slip = marked | (stopped == 0.0);
+        const Real blend = moving / select(by_slip, one, moving + stopped);
+        const Real v1 = select(by_slip, s1, s1 + blend * o1);
+        const Real v2 = select(by_slip, s2, s2 + blend * o2);
+        const Real per_k = p_n[k] * per_k_load; // 1 / (k_t load / p_n)
+        const Real radius = mu * p_n[k];
+        const Real stop1 = p_1[k] - s1 * per_k;
+        const Real stop2 = p_2[k] - s2 * per_k;
+        const Mask holds = stop1 * stop1 + stop2 * stop2 <= radius * radius;
+        const Real q1 = p_1[k] - v1 * per_k;
+        const Real q2 = p_2[k] - v2 * per_k;
+        const Real square = q1 * q1 + q2 * q2;
+        const Mask moves = square > 0.0;
+        const Real scale = select(moves, radius / sqrt(select(moves, square, one)), zero);
+        new_1[k] = select(slides, select(carries, select(holds, stop1, q1 * scale), zero), new_1[k]);
+        new_2[k] = select(slides, select(carries, select(holds, stop2, q2 * scale), zero), new_2[k]);
+    }
+}
+
+/// Friction impulses for the present normal impulses (eq. 4-6 for the block).
+template <int N>
+LANES_INLINE void Visit<N>::solve_friction() {
+    const Real zero = real(0.0);
+    Real sum = zero;
+    for (int k = 0; k < N; ++k) {
+        sum += p_n[k];
+    }
+    const Mask loaded = sum > 0.0;
+    Real new_1[N];
+    Real new_2[N];
+    const Mask sticks = stop_slip(sum, 1.0 / select(loaded, sum, real(1.0)), new_1, new_2);
+    for (int k = 0; k < N; ++k) {
         new_1[k] = select(loaded, new_1[k], zero);
         new_2[k] = select(loaded, new_2[k], zero);
     }
-    Real largest_change;
-    add_friction(sticks | ~loaded, new_1, new_2, largest_change);
-    change = max(change, largest_change);
-    Mask slides = loaded & ~sticks;
-    if (!any(slides)) {
-        return;
-    }
-    const Real weight = load(batch.node_weight);
-    const Mask marked = load(batch.sticking) > 0.5;
-    const Real per_k_load = 1.0 / (load(batch.k_t) * select(loaded, sum, one));
-    const Real3 start = load3(batch.before);
-    Real largest_of_rounds = zero;
+    const Mask slides = loaded & ~sticks;
     for (int round = 0; round < projection_rounds && any(slides); ++round) {
-        for (int k = 0; k < N; ++k) {
-            const Mask carries = p_n[k] > 0.0;
-            const Real u1 = twist.u.x - twist.w.z * y[k];
-            const Real u2 = twist.u.y + twist.w.z * x[k];
-            const Real s1 = u1 - load(points[k].u_t_target[0]);
-            const Real s2 = u2 - load(points[k].u_t_target[1]);
-            // The sliding direction at t0, between the velocities before and after the impulses; nearer to stopping
-            // in this step, its slip tells the direction (see solve_friction in block_solve.cpp).
-            const Real before1 = start.x - start.z * y[k];
-            const Real before2 = start.y + start.z * x[k];
-            const Real at1 = before1 + weight * (u1 - before1);
-            const Real at2 = before2 + weight * (u2 - before2);
-            const Real o1 = at1 - s1;
-            const Real o2 = at2 - s2;
-            const Real stopped = o1 * o1 + o2 * o2;
-            const Real moving = s1 * s1 + s2 * s2;
-            const Mask by_slip = marked | (stopped == 0.0);
-            const Real blend = moving / select(by_slip, one, moving + stopped);
-            const Real v1 = select(by_slip, s1, s1 + blend * o1);
-            const Real v2 = select(by_slip, s2, s2 + blend * o2);
-            const Real per_k = p_n[k] * per_k_load; // 1 / (k_t load / p_n)
-            const Real radius = mu * p_n[k];
-            const Real stop1 = p_1[k] - s1 * per_k;
-            const Real stop2 = p_2[k] - s2 * per_k;
-            const Mask holds = stop1 * stop1 + stop2 * stop2 <= radius * radius;
-            const Real q1 = p_1[k] - v1 * per_k;
-            const Real q2 = p_2[k] - v2 * per_k;
-            const Real square = q1 * q1 + q2 * q2;
-            const Mask moves = square > 0.0;
-            const Real scale = select(moves, radius / sqrt(select(moves, square, one)), zero);
-            new_1[k] = select(carries, select(holds, stop1, q1 * scale), zero);
-            new_2[k] = select(carries, select(holds, stop2, q2 * scale), zero);
+        if (round > 0) {
+            add_friction(new_1, new_2);
         }
-        add_friction(slides, new_1, new_2, largest_change);
-        largest_of_rounds = select(slides, max(largest_of_rounds, largest_change), largest_of_rounds);
-        slides &= ~(largest_change <= settled * largest_of_rounds);
+        slide(slides, sum, new_1, new_2);
     }
-    change = max(change, largest_of_rounds);
+    add_friction(new_1, new_2);
 }
 
 /// v and w of the bodies in the lanes.

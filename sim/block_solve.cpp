@@ -10,9 +10,6 @@ namespace {
 /// Projections within one friction solve: more gain little, the loop over the blocks goes on anyway.
 constexpr int projection_rounds = 2;
 
-/// Projections end when they change the velocities by less than this share [-] of the first change.
-constexpr double settled = 1e-3;
-
 /// Rounds of the point-by-point loop where the active-set search of a block fails.
 constexpr int fallback_rounds = 20;
 
@@ -311,6 +308,30 @@ double set_friction(Points points, const std::array<Vec2, block_size>& impulse, 
     return largest;
 }
 
+/// Friction impulse of a point that slides, or is about to stop, projected onto its friction disc. k_t_load: response of
+/// the block [1/kg] times its load [N s].
+Vec2 slid_impulse(const ContactBlock& block, const ContactPoint& p, const Vec6& twist, double k_t_load) {
+    if (p.p_n == 0.0) {
+        return Vec2::Zero();
+    }
+    const double k_t = k_t_load / p.p_n; // steps in proportion to the load: together they are one step of the whole block
+    const double mu = block.is_sticking ? block.mu_s : block.mu_d;
+    const Vec2 u_t = tangential_velocity(p, twist);
+    const Vec2 slip = u_t - p.u_t_target;
+    // A marked contact at its limit still holds against the slip of this step. A sliding one acts against the sliding
+    // velocity at t0, between those before and after the impulses: its direction stays second order. The nearer it comes
+    // to stopping in this step, the more its slip tells the direction, as for sticking.
+    const Vec2 before = tangential_before(block, p);
+    const Vec2 u_t0 = before + block.node_weight * (u_t - before);
+    const double stopped = (u_t0 - slip).squaredNorm();
+    const double moving = slip.squaredNorm();
+    const Vec2 u_sliding = block.is_sticking || stopped == 0.0
+                               ? slip
+                               : Vec2(slip + (moving / (moving + stopped)) * (u_t0 - slip));
+    const Vec2 stopping = p.p_t - slip / k_t;
+    return can_stick(stopping, p.p_n, mu) ? stopping : sliding_sum(p.p_t, u_sliding, k_t, mu * p.p_n);
+}
+
 /// Friction impulses of a block for its present normal impulses. Returns the largest velocity change at a
 /// point [m/s].
 double solve_friction(const ContactBlock& block, const BlockResponse& response, Points points, Vec6& twist,
@@ -332,35 +353,9 @@ double solve_friction(const ContactBlock& block, const BlockResponse& response, 
     double largest = 0.0;
     for (int round = 0; round < projection_rounds; ++round) {
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const ContactPoint& p = points[i];
-            if (p.p_n == 0.0) {
-                impulse[i].setZero();
-                continue;
-            }
-            const Vec2 u_t = tangential_velocity(p, twist);
-            const Vec2 slip = u_t - p.u_t_target;
-            // A marked contact at its limit still holds against the slip of this step. A sliding one acts
-            // against the sliding velocity at t0, between those before and after the impulses: its direction
-            // stays second order. The nearer it comes to stopping in this step, the more its slip tells the
-            // direction, as for sticking.
-            const Vec2 before = tangential_before(block, p);
-            const Vec2 u_t0 = before + block.node_weight * (u_t - before);
-            const double stopped = (u_t0 - slip).squaredNorm();
-            const double moving = slip.squaredNorm();
-            const Vec2 u_sliding = block.is_sticking || stopped == 0.0
-                                       ? slip
-                                       : Vec2(slip + (moving / (moving + stopped)) * (u_t0 - slip));
-            // Steps in proportion to the load: together they act as one step of the whole block.
-            const double k_t = response.k_t * load / p.p_n;
-            const Vec2 stopping = p.p_t - slip / k_t;
-            impulse[i] =
-                can_stick(stopping, p.p_n, mu) ? stopping : sliding_sum(p.p_t, u_sliding, k_t, mu * p.p_n);
+            impulse[i] = slid_impulse(block, points[i], twist, response.k_t * load);
         }
-        const double change = set_friction(points, impulse, w, twist, wrench);
-        largest = std::max(largest, change);
-        if (change <= settled * largest) {
-            break;
-        }
+        largest = std::max(largest, set_friction(points, impulse, w, twist, wrench));
     }
     return largest;
 }
