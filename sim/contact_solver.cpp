@@ -418,9 +418,15 @@ void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairCo
         return Vec3(x.x() * block.frame.col(0) + x.y() * block.frame.col(1));
     };
     bool at_limit = false;
+    bool slips = false;
     for (int k = block.first; k < block.first + block.count; ++k) {
-        at_limit = at_limit || is_at_limit(loop_.points[static_cast<std::size_t>(k)], block.mu_d);
+        const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
+        at_limit = at_limit || is_at_limit(point, block.mu_d);
+        slips = slips || (point.p_n > 0.0 && h_ * (tangential_velocity(point, twist) - point.u_t_target).norm() >
+                                                 iteration_share * settings_.tolerance);
     }
+    // Where mu_s = mu_d the mark is of no concern to the solve, and lost here (eq. 6).
+    const bool keeps_mark = block.is_sticking && !(block.mu_d == block.mu_s && at_limit && slips);
     for (int k = block.first; k < block.first + block.count; ++k) {
         const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
         const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
@@ -443,7 +449,7 @@ void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairCo
         }
         memory.p_n = contact.is_ahead ? 0.0 : point.p_n;
         memory.p_t = contact.is_ahead ? Vec3(Vec3::Zero()) : in_world(point.p_t);
-        memory.is_sticking = loaded && block.has_friction() && (block.is_sticking || !at_limit);
+        memory.is_sticking = loaded && block.has_friction() && (keeps_mark || !at_limit);
         if (!block.has_friction()) {
             continue;
         }

@@ -182,4 +182,25 @@ TEST(law_impact, an_oblique_impact_never_adds_energy) {
     record({"oblique impacts of a cube", "largest gain of energy, relative", 1e-3, largest_gain, 1e-9});
 }
 
+TEST(law_impact, a_block_at_rest_that_is_struck_slides_and_comes_to_rest_again) {
+    sim::SceneDef scene = law_scene(microseconds(250));
+    scene.step.tolerance = 1e-6;
+    add_plane(scene, Quat::Identity(), material(0.0, 0.3));
+    const int struck = add_box(scene, Vec3::Constant(0.5), {{0, 0, 0.5}, Quat::Identity()}, material(0.0, 0.3));
+    const int other = add_box(scene, Vec3::Constant(0.5), {{-1.2, 0.45, 0.5}, Quat::Identity()}, material(0.0, 0.3));
+    scene.bodies[static_cast<std::size_t>(other)].velocity = Vec3(1.8, 0, 0);
+    // Both have stopped by mu g t = 1.8 m/s, t = 0.61 s.
+    sim::World world(scene);
+    double moved = 0.0, speed = 0.0;
+    run(world, scene, 1.2, [&](const sim::Snapshot& s, const sim::StepReport&) {
+        const sim::BodySnapshot& body = s.bodies[static_cast<std::size_t>(struck)];
+        moved = body.position.x();
+        speed = s.time > 0.9 ? std::max(speed, body.velocity.norm()) : 0.0;
+        return true;
+    });
+    EXPECT_GT(moved, 0.05);
+    record({"block struck off its centre", "largest speed once it has stopped [m/s]", 2.5e-4, speed, 1e-9});
+    EXPECT_LT(speed, 1e-9);
+}
+
 } // namespace
