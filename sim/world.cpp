@@ -265,7 +265,7 @@ void WorldState::plan(StepReport& report) {
         ++report.impacts_stopped_at;
     }
     contact_solver.remember(pairs, joint_memory);
-    joint_rate = contact_solver.joint_rate(bodies);
+    joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
 }
 
 /// Are impacts waited for, rather than held ahead?

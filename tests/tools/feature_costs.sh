@@ -1,55 +1,70 @@
 #!/usr/bin/env bash
-# Usage: feature_costs.sh TUMBLE_DRAW SCENE_DIR OUT_DIR
+# Usage: feature_costs.sh STEPS SCENE_DIR OUT_DIR
 # What parts of the model cost in scenes that do not use them, in instructions a step counted by callgrind: those of
-# the part's own functions, in the difference of two runs, so that loading counts for nothing. Writes features.md; exit
-# code 1 if a part costs more than a branch and the call around it.
+# the source lines of the part's own functions, inlined or not, in the difference of two runs, so that loading counts for
+# nothing. STEPS: tests/tools/steps.cpp, optimized, with lines. Writes features.md; exit code 1 if a part costs more than
+# a branch and the call around it.
 set -euo pipefail
 program=$1 scenes=$2 out=$3
-most=60            # instructions a step: a call, its frame and a test
-steps=200
+steps=100
+tools=$(dirname "$0")
 mkdir -p "$out"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+awk -f "$tools/function_lines.awk" "$tools"/../../sim/*.cpp "$tools"/../../sim/*.h >"$work/functions"
 
-# part | scene without it | functions
-parts='joints|sliding_block|sim::JointSolver::|sim::make_joint
-shock propagation|tower|contact_levels|shock_propagation
-stopping at impacts|tower|time_of_impact|is_impact|stop_at_impact|plan_until_impact
-hulls, cylinders, capsules (libccd)|tower|convex_contacts|convex_separation|convex_plane|find_separation|penetration_direction|ccd|support_
-compounds|rolling_ball|Compound
-gyroscopic term|rolling_ball|symmetric_rotation|asymmetric_rotation|angular_momentum
-boxes against boxes|bouncing_ball|box_box|find_box_contacts|axes_kernel|PlacedBoxRow|update_axes
-contacts and collisions|free_rotation|contact_blocks|CollisionSolver::|sim::block_|solve_block|find_contacts'
+# most instructions a step (60: some calls and their tests; stages that find nothing to do: their empty loops) | part |
+# scene without it, and what is set in it | regular expression: FILE:LINE and SIGNATURE of its functions
+parts='60|friction|bouncing_ball|friction|stop_slip|can_stick|sliding_sum
+60|friction, in batches|tower lattice.box.count=[9,9,1] lattice.box.spacing=[2,2,2] body.floor.friction=0 lattice.box.body.friction=0|solve_friction|add_friction|friction_wrench
+60|restitution|tower|restitution_in_pass
+60|joints|sliding_block|sim/joint\.
+60|shock propagation|tower|shock_propagation
+60|search for impacts|tower|(is_impact|stop_at_impact|plan_until_impact| time_of_impact)\(
+60|hulls, cylinders, capsules|tower|sim/(convex|separating_direction|ccd_bridge|polytope)
+60|compounds|rolling_ball|Compound
+60|gyroscopic term of a ball|rolling_ball|symmetric_rotation
+60|boxes against boxes|bouncing_ball|sim/(box_box|axes_kernel)
+400|contacts, of a lone body|free_rotation|sim/(block_|contact_|prepare_|check_|box_|axes_|narrow_|convex|separating|ccd_)
+400|collisions, of a lone body|free_rotation|sim/collision_solver'
 
-# Instructions in all functions, and in those that match, of a run of N steps.
+# FILE:LINE and instructions, of a run of N steps of a scene.
 count() {
-    local scene=$1 n=$2 pattern=$3 file="$work/$1.$2"
-    if [ ! -e "$file.txt" ]; then
-        valgrind --tool=callgrind --callgrind-out-file="$file.out" "$program" simulate "$scenes/$scene.toml" \
-            --threads 1 --quiet --out "$work/out" --set output.fps=1000 --duration "$(awk "BEGIN{print $n / 1000}")" \
-            --time-step 1/1000 --record-every 1000000 >/dev/null 2>&1
-        callgrind_annotate --threshold=100 --show-percs=no "$file.out" >"$file.txt" 2>/dev/null
-    fi
-    awk -v pattern="$pattern" '
-        /PROGRAM TOTALS/ { gsub(",", "", $1); total = $1 }
-        /^ *[0-9,]+  / && !/PROGRAM TOTALS/ { if ($0 ~ pattern) { gsub(",", "", $1); sum += $1 } }
-        END { printf "%d %d\n", total, sum }' "$file.txt"
+    local n=$1 scene=$2 file="$work/$3.$1"
+    shift 3
+    [ -e "$file" ] && return
+    valgrind --tool=callgrind --callgrind-out-file="$file.out" "$program" "$scenes/$scene.toml" "$n" "$@" >/dev/null 2>&1
+    awk -f "$tools/callgrind_lines.awk" "$file.out" >"$file"
+}
+
+# Instructions of all lines of a file of counts, and of those whose function matches.
+sum() {
+    awk -F'\t' -v pattern="$1" '
+        FNR == NR { signature[$1] = $2; next }
+        { total += $2; if (($1 in signature) && ($1 " " signature[$1]) ~ pattern) sum += $2 }
+        END { printf "%d %d\n", total, sum }' "$work/functions" "$2"
 }
 
 status=0
 {
-    echo '| part of the model | scene without it | instructions a step | of them in the part |'
-    echo '| --- | --- | --- | --- |'
-    while IFS='|' read -r name scene pattern; do
-        read -r total_1 part_1 < <(count "$scene" $steps "$pattern")
-        read -r total_2 part_2 < <(count "$scene" $((2 * steps)) "$pattern")
+    echo '| part of the model | scene without it | instructions a step | of them in the part | at most |'
+    echo '| --- | --- | --- | --- | --- |'
+    while IFS='|' read -r most name scene pattern; do
+        grep -qE "$pattern" <(tr '\t' ' ' <"$work/functions") || { echo "no function is called $pattern" >&2; exit 2; }
+        read -ra words <<<"$scene"
+        key=$(tr -c 'a-z0-9\n' _ <<<"$scene")
+        for n in $steps $((2 * steps)); do
+            count "$n" "${words[0]}" "$key" "${words[@]:1}"
+        done
+        read -r total_1 part_1 < <(sum "$pattern" "$work/$key.$steps")
+        read -r total_2 part_2 < <(sum "$pattern" "$work/$key.$((2 * steps))")
         part=$(((part_2 - part_1) / steps))
         note=
         if [ "$part" -gt $most ]; then
-            note=" **more than $most**"
+            note=" **too many**"
             status=1
         fi
-        echo "| $name | $scene | $(((total_2 - total_1) / steps)) | $part$note |"
+        echo "| $name | $scene | $(((total_2 - total_1) / steps)) | $part$note | $most |"
     done <<<"$parts"
 } >"$out/features.md"
 cat "$out/features.md"
