@@ -93,6 +93,7 @@ void write_study_page(const study::Plan& plan, const study::Table& table, const 
          {"subtitle", diff::escape_html(fmt::format("{}. {:.6g} s, held against {}.", plan.scene.title,
                                                     plan.duration(), truth_of(plan)))},
          {"diagram", inline_svg(folder / "diagram.svg") + inline_svg(folder / "statistics.svg")},
+         {"losses", diff::escape_html(study::losses_text(plan, table))},
          {"film", film_html(folder / "film" / "film.mp4")},
          {"error_unit", plan.is_statistical() ? "-" : "m"},
          {"fourth", plan.is_statistical() ? "agrees until [s]" : "largest [m]"},

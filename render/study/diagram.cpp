@@ -179,15 +179,15 @@ std::string panel_script(int quantity, const std::vector<const Row*>& rows) {
                                       "spread below it [m]", "energy [J]"};
     const int column = 2 + 2 * quantity;
     std::string plot =
-        fmt::format("set ylabel '{}'\nplot 'statistics.dat' index 0 using 1:(${}-${}):(${}+${}) with filledcurves "
+        fmt::format("{}\nset ylabel '{}'\nplot 'statistics.dat' index 0 using 1:(${}-${}):(${}+${}) with filledcurves "
                     "fs solid 0.25 lc rgb '#555555' title 'converged, spread of a run', '' index 0 using 1:{} with "
                     "lines lw 2 lc rgb 'black' title 'converged'",
-                    labels[quantity], column, column + 1, column, column + 1, column);
+                    quantity == 0 ? "set key top left font ',9'" : "unset key", labels[quantity], column, column + 1, column, column + 1, column);
     constexpr const char* of_rows[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7"};
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        plot += fmt::format(", '' index {} using 1:{} with lines lw 1.5 lc rgb '{}' title '{}: {} {}' noenhanced",
+        plot += fmt::format(", '' index {} using 1:{} with lines lw 1.5 lc rgb '{}' title '{}: {}{}' noenhanced",
                             i + 1, column, of_rows[i % std::size(of_rows)], title_of(rows[i]->engine),
-                            title_of(rows[i]->knob), title_of(rows[i]->value));
+                            title_of(rows[i]->knob.empty() ? "" : rows[i]->knob + " "), title_of(rows[i]->value));
     }
     return plot + "\n";
 }
@@ -216,7 +216,7 @@ bool draw_statistics(const Plan& plan, const Table& table, std::span<const Point
     panels += "unset multiplot\nunset output\n";
     sim::write_file(folder / "statistics.dat", data);
     sim::write_file(folder / "statistics.gp",
-                    "set grid\nset xlabel 'time [s]'\nset key top left font ',9'\n"
+                    "set grid\nset xlabel 'time [s]'\n"
                     "set terminal svg size 1000,700 font 'sans,12' background 'white'\nset output 'statistics.svg'\n" +
                         panels +
                         "set terminal pngcairo size 1000,700 font 'sans,10'\nset output 'statistics.png'\n" + panels);

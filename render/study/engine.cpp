@@ -92,6 +92,11 @@ std::vector<Setting> time_steps(const sim::SceneDef& scene, const std::vector<Ra
     for (const Rational& factor : factors) {
         const std::string text = fraction_text(sim::make_rational(h.num * factor.num, h.den * factor.den));
         Setting setting{text + " s", {fmt::format("simulation.time_step=\"{}\"", text)}, ""};
+        // A velocity tolerance of more than the tolerance in one step would be refused.
+        const double most = scene.step.tolerance / (h.value() * factor.value());
+        if (scene.step.velocity_tolerance > most) {
+            setting.overrides.push_back(fmt::format("simulation.velocity_tolerance={}", 0.5 * most));
+        }
         setting.overrides.insert(setting.overrides.end(), more.begin(), more.end());
         settings.push_back(std::move(setting));
     }

@@ -8,12 +8,12 @@ namespace study {
 
 namespace {
 
-/// The scene's step and tolerances times these.
+/// The scene's step and tolerance times these, and its velocity tolerance as the tolerance over the step.
 std::vector<std::string> scaled(const sim::StepSettings& step, const sim::Rational& time, double tolerance) {
     const sim::Rational h = sim::make_rational(step.time_step.num * time.num, step.time_step.den * time.den);
     return {fmt::format("simulation.time_step=\"{}/{}\"", h.num, h.den),
             fmt::format("simulation.tolerance={}", tolerance * step.tolerance),
-            fmt::format("simulation.velocity_tolerance={}", tolerance * step.velocity_tolerance)};
+            fmt::format("simulation.velocity_tolerance={}", tolerance / time.value() * step.velocity_tolerance)};
 }
 
 } // namespace

@@ -10,9 +10,10 @@
 
 namespace study {
 
-/// preview: four times the scene's time step and ten times its tolerances. standard: the scene's own settings.
-/// accurate: a quarter of the time step, a tenth of the tolerances, and few bodies stop at their impacts: contacts
-/// placed ahead of them act up to a step early, which is then the largest error.
+/// preview: four times the scene's time step and ten times its tolerance. standard: the scene's own settings.
+/// accurate: a quarter of the time step, a tenth of the tolerance, and few bodies stop at their impacts: contacts
+/// placed ahead of them act up to a step early, which is then the largest error. Tolerances of velocities go as those of
+/// lengths over the time step.
 enum class Preset { preview, standard, accurate };
 inline constexpr std::array<const char*, 3> preset_names{"preview", "standard", "accurate"};
 

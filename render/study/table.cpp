@@ -145,6 +145,32 @@ Table make_table(const Plan& plan, std::span<const EngineKind> engines, std::spa
     return table;
 }
 
+std::string losses_text(const Plan& plan, const Table& table) {
+    const std::string& ours = table.rows.front().engine;
+    const auto is_other = [&ours](const Row& row) { return row.engine != ours; };
+    if (std::none_of(table.rows.begin(), table.rows.end(), is_other)) {
+        return {};
+    }
+    std::vector<const Row*> others;
+    for (const Row& row : table.rows) {
+        if (row.is_on_front && is_other(row)) {
+            others.push_back(&row);
+        }
+    }
+    if (others.empty()) {
+        return fmt::format("No point of another engine is on the front: each is beaten in error and cost by one of {}.", ours);
+    }
+    std::sort(others.begin(), others.end(), [](const Row* a, const Row* b) { return a->cost < b->cost; });
+    std::string text = fmt::format("Where {} loses: nothing reaches a smaller error at less cost than", ours);
+    for (std::size_t i = 0; i < others.size(); ++i) {
+        const Row& row = *others[i];
+        text += fmt::format("{} {}{} {} ({:.2g} s, error {:.2g}{})", i == 0 ? "" : ",", row.engine,
+                            row.knob.empty() ? "" : ", " + row.knob + ",", row.value, row.cost, row.error,
+                            plan.is_statistical() ? "" : " m");
+    }
+    return text + ".";
+}
+
 std::string table_csv(const Plan& plan, const Table& table) {
     std::string csv = fmt::format(
         "engine,knob,value,status,cost_s_per_s,error_{},largest_displacement_m,agree_until_s,overlap_m,energy,"

@@ -37,6 +37,10 @@ struct Table {
 Table make_table(const Plan& plan, std::span<const EngineKind> engines, std::span<const Point> points,
                  std::span<const Point> references);
 
+/// Where the first engine loses: the points of the others on the front, the cheapest first, in one sentence. Empty if
+/// there is one engine only.
+std::string losses_text(const Plan& plan, const Table& table);
+
 /// study.csv.
 std::string table_csv(const Plan& plan, const Table& table);
 /// statistics.csv: the quantities over time, mean and standard deviation over the seeds.

@@ -132,6 +132,20 @@ TEST(study, the_front_holds_what_nothing_beats) {
     EXPECT_NE(csv.find("\"tumble\",\"tolerance\",\"1e-07 m\",stopped,,,,"), std::string::npos) << csv;
 }
 
+TEST(study, the_page_says_where_another_engine_is_on_the_front) {
+    const Plan plan = plan_of("tower", {"tolerance"});
+    Table table;
+    table.rows = {{.engine = "tumble", .cost = 2.0, .error = 1.0}, {.engine = "Bullet", .cost = 3.0, .error = 2.0}};
+    EXPECT_EQ(losses_text(plan, table),
+              "No point of another engine is on the front: each is beaten in error and cost by one of tumble.");
+    table.rows.push_back({.engine = "ODE", .knob = "time step", .value = "1/125 s", .cost = 0.5, .error = 3.0});
+    table.rows.back().is_on_front = true;
+    EXPECT_EQ(losses_text(plan, table), "Where tumble loses: nothing reaches a smaller error at less cost than ODE, "
+                                        "time step, 1/125 s (0.5 s, error 3 m).");
+    table.rows.resize(1);
+    EXPECT_EQ(losses_text(plan, table), "");
+}
+
 TEST(study, statistical_errors_are_those_of_the_means_over_the_seeds) {
     const std::array engines{our_engine()};
     const Plan plan = make_plan({.scene = law_file("tower"),
