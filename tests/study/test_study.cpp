@@ -2,6 +2,7 @@
 #include "sim/error.h"
 #include "sim/scene_file.h"
 #include "render/study/law.h"
+#include "render/study/preset.h"
 #include "render/study/table.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 namespace {
@@ -44,6 +46,23 @@ TEST(study, the_scenes_of_the_laws_follow_them) {
     }
     const Point ball = base_point(plan_of("bouncing_ball", {"tolerance"}, {"simulation.impacts=\"stop\""}));
     EXPECT_LT(ball.error.largest, 1e-6);
+}
+
+TEST(study, every_scene_takes_every_preset_and_every_time_step) {
+    for (const char* folder : {TUMBLE_SCENE_DIR, TUMBLE_SCENE_DIR "/laws"}) {
+        for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+            if (entry.path().extension() != ".toml") {
+                continue;
+            }
+            const sim::SceneDef scene = sim::load_scene(entry.path());
+            for (const Preset preset : {Preset::preview, Preset::standard, Preset::accurate}) {
+                EXPECT_NO_THROW(sim::load_scene(entry.path(), preset_overrides(scene, preset))) << entry.path();
+            }
+            for (const Setting& setting : time_steps(scene, {{8, 1}, {1, 4}})) {
+                EXPECT_NO_THROW(sim::load_scene(entry.path(), setting.overrides)) << entry.path() << setting.value;
+            }
+        }
+    }
 }
 
 TEST(study, a_wrong_law_is_refused_with_what_it_expects) {
