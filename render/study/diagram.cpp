@@ -30,8 +30,8 @@ constexpr std::array<int, shades> marks{7, 5, 9, 11, 13, 15, 6}; // of gnuplot: 
 /// A curve: points in order of cost.
 struct Curve {
     std::string title;
-    int engine = 0; ///< 0: ours
-    int place = 0;  ///< among the curves of the engine
+    int engine = 0;                                ///< 0: ours
+    int place = 0;                                 ///< among the curves of the engine
     std::vector<std::pair<double, double>> points; ///< cost, error
 };
 
@@ -112,10 +112,11 @@ std::string script_of(const Plan& plan, const Table& table, const std::vector<Cu
     for (std::size_t i = 0; i < curves.size(); ++i) {
         const Curve& curve = curves[i];
         const auto place = static_cast<std::size_t>(curve.place);
-        plot += fmt::format(", '' index {} with linespoints pt {} ps 1.1 lw 1.6 dt {} lc rgb '{}' title '{}' noenhanced",
-                            i + 2, marks[place % marks.size()], curve.engine == 0 ? 1 : 2,
-                            colors[static_cast<std::size_t>(curve.engine) % colors.size()][place % shades],
-                            title_of(curve.title));
+        plot += fmt::format(
+            ", '' index {} with linespoints pt {} ps 1.1 lw 1.6 dt {} lc rgb '{}' title '{}' noenhanced",
+            i + 2, marks[place % marks.size()], curve.engine == 0 ? 1 : 2,
+            colors[static_cast<std::size_t>(curve.engine) % colors.size()][place % shades],
+            title_of(curve.title));
     }
     plot += ", '' index 0 using 1:2 with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'settings as given'"
             ", '' index 0 using 1:2:3 with labels offset 0,1 font ',10' noenhanced notitle";
@@ -178,16 +179,18 @@ std::string panel_script(int quantity, const std::vector<const Row*>& rows) {
     constexpr const char* labels[] = {"share below the gate [-]", "mean height below it [m]",
                                       "spread below it [m]", "energy [J]"};
     const int column = 2 + 2 * quantity;
-    std::string plot =
-        fmt::format("{}\nset ylabel '{}'\nplot 'statistics.dat' index 0 using 1:(${}-${}):(${}+${}) with filledcurves "
-                    "fs solid 0.25 lc rgb '#555555' title 'converged, spread of a run', '' index 0 using 1:{} with "
-                    "lines lw 2 lc rgb 'black' title 'converged'",
-                    quantity == 0 ? "set key top left font ',9'" : "unset key", labels[quantity], column, column + 1, column, column + 1, column);
+    std::string plot = fmt::format(
+        "{}\nset ylabel '{}'\nplot 'statistics.dat' index 0 using 1:(${}-${}):(${}+${}) with filledcurves "
+        "fs solid 0.25 lc rgb '#555555' title 'converged, spread of a run', '' index 0 using 1:{} with "
+        "lines lw 2 lc rgb 'black' title 'converged'",
+        quantity == 0 ? "set key top left font ',9'" : "unset key", labels[quantity], column, column + 1,
+        column, column + 1, column);
     constexpr const char* of_rows[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7"};
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        plot += fmt::format(", '' index {} using 1:{} with lines lw 1.5 lc rgb '{}' title '{}: {}{}' noenhanced",
-                            i + 1, column, of_rows[i % std::size(of_rows)], title_of(rows[i]->engine),
-                            title_of(rows[i]->knob.empty() ? "" : rows[i]->knob + " "), title_of(rows[i]->value));
+        plot +=
+            fmt::format(", '' index {} using 1:{} with lines lw 1.5 lc rgb '{}' title '{}: {}{}' noenhanced",
+                        i + 1, column, of_rows[i % std::size(of_rows)], title_of(rows[i]->engine),
+                        title_of(rows[i]->knob.empty() ? "" : rows[i]->knob + " "), title_of(rows[i]->value));
     }
     return plot + "\n";
 }
@@ -215,11 +218,12 @@ bool draw_statistics(const Plan& plan, const Table& table, std::span<const Point
     }
     panels += "unset multiplot\nunset output\n";
     sim::write_file(folder / "statistics.dat", data);
-    sim::write_file(folder / "statistics.gp",
-                    "set grid\nset xlabel 'time [s]'\n"
-                    "set terminal svg size 1000,700 font 'sans,12' background 'white'\nset output 'statistics.svg'\n" +
-                        panels +
-                        "set terminal pngcairo size 1000,700 font 'sans,10'\nset output 'statistics.png'\n" + panels);
+    sim::write_file(
+        folder / "statistics.gp",
+        "set grid\nset xlabel 'time [s]'\n"
+        "set terminal svg size 1000,700 font 'sans,12' background 'white'\nset output 'statistics.svg'\n" +
+            panels + "set terminal pngcairo size 1000,700 font 'sans,10'\nset output 'statistics.png'\n" +
+            panels);
     return run_gnuplot(folder, "statistics.gp");
 }
 

@@ -158,7 +158,9 @@ std::string losses_text(const Plan& plan, const Table& table) {
         }
     }
     if (others.empty()) {
-        return fmt::format("No point of another engine is on the front: each is beaten in error and cost by one of {}.", ours);
+        return fmt::format(
+            "No point of another engine is on the front: each is beaten in error and cost by one of {}.",
+            ours);
     }
     std::sort(others.begin(), others.end(), [](const Row* a, const Row* b) { return a->cost < b->cost; });
     std::string text = fmt::format("Where {} loses: nothing reaches a smaller error at less cost than", ours);
