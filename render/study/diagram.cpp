@@ -183,7 +183,7 @@ std::string panel_script(int quantity, const std::vector<const Row*>& rows) {
         "{}\nset ylabel '{}'\nplot 'statistics.dat' index 0 using 1:(${}-${}):(${}+${}) with filledcurves "
         "fs solid 0.25 lc rgb '#555555' title 'converged, spread of a run', '' index 0 using 1:{} with "
         "lines lw 2 lc rgb 'black' title 'converged'",
-        quantity == 0 ? "set key top left font ',9'" : "unset key", labels[quantity], column, column + 1,
+        quantity == 2 ? "set key top left font ',9'" : "unset key", labels[quantity], column, column + 1,
         column, column + 1, column);
     constexpr const char* of_rows[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7"};
     for (std::size_t i = 0; i < rows.size(); ++i) {
