@@ -216,7 +216,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         bool converged = true;
         report.iterations += iterate(bodies, velocity, settings, converged);
         report.energy_removed += keep_energy(bodies, before, velocity, settings);
-        report.converged = report.converged && converged;
+        report.converged = converged;
         report.collisions += static_cast<int>(loop_.points.size());
         ++report.passes;
         changed_.assign(velocity.size(), 0);

@@ -9,7 +9,7 @@ struct CollisionReport {
     int passes = 0;
     int iterations = 0;          ///< sweeps
     double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
-    bool converged = true;
+    bool converged = true; ///< did the last pass? What others leave undone, the next one finds and mends
 };
 
 /// Resolves collisions in passes: a pass contains only the contacts that are collisions when it starts, and
