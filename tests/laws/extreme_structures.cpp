@@ -179,7 +179,7 @@ void add_structure_rows(std::vector<ExtremeRow>& rows) {
     rows.push_back({"tower_of_100", kept, true, 60, [] { return tower(100, 1000); }});
     rows.push_back({"card_house", kept, true, 20, card_house});
     rows.push_back({"arch_of_9_wedges", kept, true, 60, [] { return arch(9); }});
-    rows.push_back({"dominoes_200", kept, false, 240, [] { return dominoes(200); }});
+    rows.push_back({"dominoes_200", kept, false, 1200, [] { return dominoes(200); }});
     rows.push_back({"dominoes_10", kept, true, 20, [] { return dominoes(10); }});
     rows.push_back({"contacts_10000_on_one_body", kept, false, 60, [] { return plate_on_balls(100); }});
     rows.push_back({"contacts_100_on_one_body", kept, true, 20, [] { return plate_on_balls(10); }});
