@@ -13,7 +13,7 @@ namespace {
 /// balls needs n passes), smaller values soon end the passes.
 constexpr int first_repeated_pass = 8;
 constexpr double passes_per_impact = 4.0;
-constexpr int pass_limit = 400;
+constexpr int pass_limit = 400; // then the contacts that still approach are left to the resting solve
 
 /// Blocks are passed over while their bodies changed by less than this share [-] of the velocity tolerance.
 constexpr double skip_share = 0.2;
@@ -203,7 +203,11 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
                                          std::vector<Velocity>& velocity, std::vector<char>& touched) {
     CollisionReport report;
     touched.assign(velocity.size(), 0);
-    while (report.passes < pass_limit && collect(bodies, pairs, settings, velocity, report.passes)) {
+    while (collect(bodies, pairs, settings, velocity, report.passes)) {
+        if (report.passes == pass_limit) {
+            report.converged = false;
+            break;
+        }
         if (report.passes == 0) {
             joints_.prepare(bodies, joints);
             joints_.target_rest();

@@ -9,11 +9,11 @@ struct CollisionReport {
     int passes = 0;
     int iterations = 0;          ///< sweeps
     double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
-    bool converged = true; ///< did the last pass? What others leave undone, the next one finds and mends
+    bool converged = true; ///< did the last pass, with no contact left that collides? The next mends what one leaves undone
 };
 
 /// Resolves collisions in passes: a pass contains only the contacts that are collisions when it starts, and
-/// passes repeat until none is one.
+/// passes repeat until none is one, or 400 are done, which is reported.
 ///
 /// A contact is a collision if it touches (gap <= tolerance) and approaches faster than the resting
 /// threshold, or if, placed ahead of its impact, it took away such an approach in the last step. With

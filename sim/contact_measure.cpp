@@ -18,6 +18,26 @@ constexpr double linear_share = 0.02;
 /// then; the check after the move sees what that leaves.
 constexpr double wander_share = 0.02;
 
+/// The same of the lowest point of a rim that falls flat or circles, as a share [-] of the rim's radius: a step turns what
+/// rolls by less. The far side is then held by the points fixed to the rim.
+constexpr double rim_wander_share = 0.5;
+
+/// Has the touch left the material points that touched as the interval began, so far that they have to stand for it?
+/// point_a, point_b: where these are now; size [m]: of the smaller body.
+bool wanders(const ContactFeature& feature, const ContactGeometry& at, const Vec3& point_a, const Vec3& point_b,
+             double size) {
+    switch (feature.kind) {
+    case FeatureKind::edges:
+        return (at.a - point_a).norm() > wander_share * size;
+    case FeatureKind::rim_on_face_a:
+        return (at.b - point_b).norm() > rim_wander_share * feature.rim_radius;
+    case FeatureKind::rim_on_face_b:
+        return (at.a - point_a).norm() > rim_wander_share * feature.rim_radius;
+    default:
+        return false;
+    }
+}
+
 /// What a body's surface moves [m] where it touches, while the point of contact wanders over it: the body's mean
 /// motion at the mean arm. from, to: poses at both ends of the interval; touch: points of contact there.
 Vec3 rolled(const Pose& from, const Pose& to, const Vec3& touch_from, const Vec3& touch_to) {
@@ -162,10 +182,11 @@ ContactSolver::Displacement ContactSolver::displacement(const Bodies& bodies, co
     const auto& [feature, start] = pair.manifold.contacts[static_cast<std::size_t>(contact.index)];
     const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
     ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
-    if (feature.kind == FeatureKind::edges &&
-        (at.a - pose_a * contact.point_a).norm() >
-            wander_share * std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius)) {
+    if (wanders(feature, at, pose_a * contact.point_a, pose_b * contact.point_b,
+                std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius))) {
         at.n = block.frame.col(2);
+        at.a = pose_a * contact.point_a;
+        at.b = pose_b * contact.point_b;
         at.gap = at.n.dot(d);
     }
     const Eigen::Matrix<double, 3, 2> tangents = block.frame.leftCols<2>();

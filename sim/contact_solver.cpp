@@ -72,6 +72,10 @@ double impulse_interval(double node_weight, double h) {
 /// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
 constexpr double limit_rounding = 1e-9;
 
+/// Next to an impact held ahead an impulse so many times [-] that of the last step's force, or that of the weight, is an
+/// answer to the impact and not a force.
+constexpr double largest_growth = 2.0;
+
 /// Is the friction of a loaded contact as large as mu p_n?
 bool is_at_limit(const ContactPoint& point, double mu) {
     return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - limit_rounding) * mu * point.p_n;
@@ -244,9 +248,10 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
             resting.owed = relaxation_ * step_share_ *
                            Vec2(memory.slip.dot(block.frame.col(0)), memory.slip.dot(block.frame.col(1)));
         }
+        const double stretch = memory.p_n > 0.0 ? interval / memory.interval : 0.0;
+        const double scale = stretch <= largest_stretch ? stretch : 0.0;
+        resting.load = stretch * memory.p_n;
         if (settings_.warm_start && memory.p_n > 0.0) {
-            const double stretch = interval / memory.interval;
-            const double scale = stretch <= largest_stretch ? stretch : 0.0;
             point.p_n = scale * memory.p_n;
             point.p_t = scale * Vec2(memory.p_t.dot(block.frame.col(0)), memory.p_t.dot(block.frame.col(1)));
             block.is_sticking = block.is_sticking || memory.is_sticking;
@@ -384,8 +389,10 @@ std::vector<Velocity> ContactSolver::velocity_at_node(const Bodies& bodies) cons
     for (const ContactBlock& block : loop_.blocks) {
         Vec6 wrench = Vec6::Zero();
         for (int k = block.first; k < block.first + block.count; ++k) {
-            if (!contacts_[static_cast<std::size_t>(k)].is_ahead) {
-                wrench += block.node_weight * wrench_of_point(loop_.points[static_cast<std::size_t>(k)]);
+            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
+            const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
+            if (!contact.is_ahead && point.p_n > 0.0) {
+                wrench += block.node_weight * contact.force_share * wrench_of_point(point);
             }
         }
         apply_wrench(block, wrench, bodies.props, bodies.inverse_inertia, velocity);
@@ -393,7 +400,37 @@ std::vector<Velocity> ContactSolver::velocity_at_node(const Bodies& bodies) cons
     return velocity;
 }
 
-void ContactSolver::remember(std::vector<PairContacts>& pairs, std::span<JointMemory> joint_memory) const {
+/// Which part of each impulse is a force. An impact held ahead acts as a whole within the interval, and so do the answers
+/// of the contacts that its bodies have: of those the instants before and after have no part.
+void ContactSolver::tell_forces(const Bodies& bodies) {
+    is_hit_.assign(bodies.props.size(), 0);
+    for (const ContactBlock& block : loop_.blocks) {
+        for (int k = block.first; k < block.first + block.count; ++k) {
+            if (contacts_[static_cast<std::size_t>(k)].would_close && loop_.points[static_cast<std::size_t>(k)].p_n > 0.0) {
+                is_hit_[static_cast<std::size_t>(block.a)] = is_hit_[static_cast<std::size_t>(block.b)] = 1;
+            }
+        }
+    }
+    const double gravity = settings_.gravity.norm();
+    for (const ContactBlock& block : loop_.blocks) {
+        const auto a = static_cast<std::size_t>(block.a);
+        const auto b = static_cast<std::size_t>(block.b);
+        const bool is_hit = (is_hit_[a] != 0 && !bodies.props[a].is_static()) ||
+                            (is_hit_[b] != 0 && !bodies.props[b].is_static());
+        const double weight = gravity * impulse_interval(block.node_weight, h_) /
+                              std::max(bodies.props[a].inverse_mass, bodies.props[b].inverse_mass); // [N s]
+        for (int k = block.first; k < block.first + block.count; ++k) {
+            RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
+            const double p_n = loop_.points[static_cast<std::size_t>(k)].p_n;
+            const double force = std::max(contact.load, weight);
+            contact.force_share = (is_hit || contact.load > 0.0) && p_n > largest_growth * force ? force / p_n : 1.0;
+        }
+    }
+}
+
+void ContactSolver::remember(const Bodies& bodies, std::vector<PairContacts>& pairs,
+                             std::span<JointMemory> joint_memory) {
+    tell_forces(bodies);
     for (PairContacts& pair : pairs) {
         for (std::size_t i = 0; !all_in_solve_ && i < pair.memory.size(); ++i) {
             ContactMemory& memory = pair.memory[i];
@@ -447,8 +484,9 @@ void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairCo
                 -0.5 * point.p_n * (contact.u_n_before + normal_velocity(point, twist)) -
                 0.5 * point.p_t.dot(tangential_before(block, point) + tangential_velocity(point, twist));
         }
-        memory.p_n = contact.is_ahead ? 0.0 : point.p_n;
-        memory.p_t = contact.is_ahead ? Vec3(Vec3::Zero()) : in_world(point.p_t);
+        const double force = contact.is_ahead ? 0.0 : contact.force_share;
+        memory.p_n = force * point.p_n;
+        memory.p_t = force * in_world(point.p_t);
         memory.is_sticking = loaded && block.has_friction() && (keeps_mark || !at_limit);
         if (!block.has_friction()) {
             continue;

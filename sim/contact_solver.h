@@ -21,6 +21,8 @@ struct RestingContact {
     bool would_close = false;    ///< it is an impact: without impulses its gap would close in this interval
     double approach_speed = 0.0; ///< [m/s] it would touch with, without impulses
     double u_n_before = 0.0;     ///< [m/s] normal velocity before any impulse
+    double load = 0.0;           ///< [N s] that the force of the last step would give in this interval
+    double force_share = 1.0;    ///< [-] of its impulse that is a force; the rest answers an impact held ahead
 };
 
 struct ContactSolveReport {
@@ -52,7 +54,7 @@ public:
                              std::span<const Joint> joints);
 
     /// Writes impulses, marks and leftover slip back to the pairs' memory.
-    void remember(std::vector<PairContacts>& pairs, std::span<JointMemory> joint_memory) const;
+    void remember(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<JointMemory> joint_memory);
 
     /// Of the joints under the impulses found: see JointSolver::fastest_rate() [rad/s].
     double joint_rate(const Bodies& bodies);
@@ -84,6 +86,7 @@ private:
     void apply_impulses(const Bodies& bodies, std::size_t first);
     void start_block(const Bodies& bodies, const PairContacts& pair, ContactBlock& block);
     double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    void tell_forces(const Bodies& bodies);
     void remember_block(const ContactBlock& block, std::vector<PairContacts>& pairs) const;
     double measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     double measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
@@ -112,6 +115,7 @@ private:
     std::vector<double> joint_weight_;      ///< [joint_count]
     std::vector<Velocity> velocity_;
     std::vector<Velocity> measured_; ///< those of the first measurement of this solve
+    std::vector<char> is_hit_;       ///< [body_count] by an impact held ahead
     std::vector<double> radius_;     ///< [m] of the bodies around their centres of mass; static: 0
     std::vector<unsigned> unsure_;   ///< lanes of the batches that are to be measured again
     bool all_in_solve_ = true; ///< no contact was left out or dropped

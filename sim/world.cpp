@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace sim {
 namespace {
@@ -33,6 +34,10 @@ constexpr int impact_corrections = 6;
 
 /// Where an impact stops the step, contacts with a gap up to this share [-] of the tolerance are part of it.
 constexpr double simultaneous_share = 0.1;
+
+/// Least tolerance [m/s] and limit of the first solve.
+constexpr double first_tolerance = 1e-7;
+constexpr int first_limit = 2000;
 
 /// Rounds of check and repair after the move before the step is divided.
 constexpr int repair_limit = 8;
@@ -83,11 +88,17 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     StepReport report;
     find_contacts(report);
     resolve_collisions(report);
+    // Bodies that are put down carry no impulses yet to start from; what the first solve leaves would be a slip.
+    settings.velocity_tolerance = std::min(settings.velocity_tolerance, first_tolerance);
+    settings.iteration_limit = std::max(settings.iteration_limit, first_limit);
     plan(report);
+    settings = scene.step;
+    begun_at_limit = report.at_iteration_limit;
 }
 
 StepReport WorldState::step() {
     StepReport report;
+    report.at_iteration_limit = std::exchange(begun_at_limit, false);
     stops = 0;
     progress = 0.0;
     do {
@@ -264,7 +275,7 @@ void WorldState::plan(StepReport& report) {
         ++stops;
         ++report.impacts_stopped_at;
     }
-    contact_solver.remember(pairs, joint_memory);
+    contact_solver.remember(bodies, pairs, joint_memory);
     joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
 }
 

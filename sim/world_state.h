@@ -71,6 +71,7 @@ struct WorldState {
     std::size_t reported_count = 0; ///< bodies of the scene; the world itself comes after them
     StepSettings settings;
     double h = 0.0;
+    bool begun_at_limit = false; ///< the plan made before the first step did not converge: reported with that step
     std::int64_t step_index = 0;
     double progress = 0.0;                ///< [-] 0..1, of the step under way
     double interval = 0.0;                ///< [s] planned next

@@ -96,6 +96,10 @@ TEST(law_bounce, the_end_of_bouncing_is_rest_without_sinking) {
                 before = s.bodies[1].position;
                 return true;
             });
+            const std::string name = std::string("end of bouncing, ") +
+                                     (impacts == sim::ImpactHandling::stop ? "impacts stopped" : "contacts ahead");
+            record({name, "speed at the half step from 4 to 5 s [m/s]", h.value(), fastest, 1e-9});
+            record({name, "deepest in 5 s [m]", h.value(), deepest, scene.step.tolerance});
             EXPECT_LT(fastest, 1e-9) << "h " << h.value();
             EXPECT_LE(deepest, scene.step.tolerance) << "h " << h.value();
         }

@@ -1,6 +1,7 @@
 /// The office toy: any k balls in, k out, touching or with gaps, on a line and on hinges; its energy over a
 /// minute.
 #include "tests/laws/law_scene.h"
+#include "tests/laws/reference/cradle.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -71,58 +72,113 @@ sim::SceneDef cradle_scene(Rational h, int n, int k, double angle, double gap) {
     return scene;
 }
 
-/// Energy of one ball above its lowest point, in terms of the speed it has there [m/s]; signed by its
-/// direction.
-double speed_at_bottom(const sim::BodySnapshot& ball) {
-    const double rise = ball.position.z(), v = ball.velocity.norm();
-    // A ball on a hinge turns with it: (m + I / l^2) v^2 / 2 with I = 2/5 m r^2.
-    const double factor = 1.0 + 0.4 * radius * radius / (length * length);
-    return std::copysign(std::sqrt(v * v + 2 * g * std::max(rise, 0.0) / factor), ball.velocity.x());
+/// What the reference has of the same start.
+reference::CradleState reference_start(const sim::SceneDef& scene) {
+    reference::CradleState state;
+    for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+        const Vec3 arm = scene.bodies[i].pose.orientation * -Vec3::UnitZ();
+        state.angle.push_back(std::atan2(arm.x(), -arm.z()));
+        state.rate.push_back(-scene.bodies[i].angular_velocity.y());
+    }
+    return state;
 }
 
-/// Largest deviation of the balls' speeds, relative to the incoming one, `wait` steps after the first impact.
-double exchange_error(const sim::SceneDef& scene, int k, int wait) {
+struct Exchange {
+    double error = 0.0; ///< [-] largest of a ball's rate against the reference, relative to the incoming one
+    int impacts = 0;    ///< of two balls, in the reference
+};
+
+/// All rates at the first instant at which all k (n - k) impacts of the exchange are over.
+Exchange exchange(const sim::SceneDef& scene, int k, double gap) {
+    const reference::Cradle cradle{length, radius, 2 * radius + gap, g};
+    reference::CradleState exact = reference_start(scene);
+    const int n = static_cast<int>(exact.angle.size());
     sim::World world(scene);
-    sim::Snapshot before = world.take_snapshot();
-    double speed = 0.0, error = no_value;
-    int since = -1;
-    run(world, scene, 1.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
-        if (since < 0 && report.collisions > 0) {
-            speed = speed_at_bottom(before.bodies[1]);
-            since = 0;
-        } else if (since >= 0) {
-            ++since;
+    Exchange found;
+    double incoming = 0.0;
+    run(world, scene, 1.5, [&](const sim::Snapshot& s, const sim::StepReport&) {
+        for (const double rate : exact.rate) {
+            incoming = exact.impacts == 0 ? std::max(incoming, rate) : incoming;
         }
-        before = s;
-        if (since != wait) {
+        reference::integrate_cradle(cradle, exact, scene.step.time_step.value());
+        if (exact.impacts < k * (n - k)) {
             return true;
         }
-        const int n = static_cast<int>(scene.bodies.size()) - 1;
-        error = 0.0;
         for (int i = 0; i < n; ++i) {
-            const double expected = i >= n - k ? speed : 0.0;
-            const double v = i >= n - k ? speed_at_bottom(s.bodies[1 + i]) : s.bodies[1 + i].velocity.norm();
-            error = std::max(error, std::abs(v - expected) / speed);
+            const auto ball = static_cast<std::size_t>(i);
+            const double rate = -s.bodies[ball + 1].angular_velocity.y();
+            found.error = std::max(found.error, std::abs(rate - exact.rate[ball]) / incoming);
         }
+        found.impacts = exact.impacts;
         return false;
     });
-    return error;
+    return found;
 }
 
-TEST(law_cradle, k_in_and_k_out_on_hinges) {
-    for (int k = 1; k <= 4; ++k) {
-        // Touching: all have passed on their speed at the time of the one impact, and the next instant shows
-        // it.
-        const double touching = exchange_error(cradle_scene(microseconds(1000), 5, k, 0.5, 0.0), k, 0);
-        record({fmt::format("office toy on hinges, k = {}, touching", k), "velocities after, relative", 1e-3,
-                touching, 1e-9});
-        EXPECT_LT(touching, 1e-9) << k << " in";
-        // With gaps of 1e-4 m each ball that comes in leaves the others 1e-4 m further beside their place,
-        // from where they swing back: k 1e-4 g / length in 5 ms is 3.2e-6 k of the speed.
-        const double apart = exchange_error(cradle_scene(microseconds(1000), 5, k, 0.5, 1e-4), k, 5);
-        record({fmt::format("office toy on hinges, k = {}, gap 1e-4 m", k), "velocities after, relative",
-                1e-3, apart, 5e-6 * k});
-        EXPECT_LT(apart, 5e-6 * k) << k << " in";
+/// k balls fly with `rate` [rad/s] and come to the bottom `phase` steps after the start: what is seen is the exchange, not
+/// the swing before it.
+sim::SceneDef meeting_scene(Rational h, int n, int k, double gap, double phase) {
+    const double rate = 2.0;
+    sim::SceneDef scene = cradle_scene(h, n, k, phase * h.value() * rate, gap);
+    for (int i = 1; i <= k; ++i) {
+        sim::BodyDef& ball = scene.bodies[static_cast<std::size_t>(i)];
+        ball.angular_velocity = Vec3(0, -rate, 0);
+        ball.velocity = ball.pose.orientation * Vec3(rate * length, 0, 0);
+    }
+    return scene;
+}
+
+TEST(law_cradle, balls_that_touch_exchange_their_velocities_at_the_instant) {
+    for (const int n : {2, 3, 5, 8}) {
+        for (int k = 1; k < n; ++k) {
+            const sim::SceneDef scene = meeting_scene(microseconds(1000), n, k, 0.0, 0.0);
+            const sim::Snapshot s = sim::World(scene).take_snapshot();
+            double error = 0.0;
+            for (int i = 0; i < n; ++i) {
+                const Vec3 expected(i >= n - k ? 2.0 * length : 0.0, 0, 0);
+                error = std::max(error, (s.bodies[static_cast<std::size_t>(i) + 1].velocity - expected).norm() / 2.0);
+            }
+            EXPECT_LT(error, 1e-9) << n << " balls, " << k << " in";
+            if (n == 5) {
+                record({fmt::format("office toy on hinges, k = {}, touching", k), "velocities right after, relative",
+                        1e-3, error, 1e-9});
+            }
+        }
+    }
+}
+
+/// Between the impacts the balls swing: a chord a step for an arc, (w h)^2 / 12 of their speed.
+TEST(law_cradle, balls_with_gaps_exchange_their_velocities_as_the_reference_says) {
+    for (const int k : {1, 2, 3, 4}) {
+        for (const double gap : {1e-5, 1e-4, 1e-3}) {
+            const Convergence c = converge(
+                fmt::format("office toy on hinges, k = {}, gap {:g} m", k, gap), "velocities right after, relative",
+                4e-7, {microseconds(1000), microseconds(200), microseconds(50)}, [&](Rational h) {
+                    const Exchange found = exchange(meeting_scene(h, 5, k, gap, 0.5), k, gap);
+                    EXPECT_EQ(found.impacts, k * (5 - k)) << k << " in, gap " << gap;
+                    return found.error;
+                });
+            for (std::size_t i = 0; i < c.steps.size(); ++i) {
+                EXPECT_LT(c.errors[i], 1.2 * std::pow(2.0 * c.steps[i], 2) / 12 + 1e-10) << k << " in, gap " << gap;
+            }
+            EXPECT_LT(c.errors.back(), 1e-9);
+        }
+    }
+}
+
+/// From a raise the error is that of the swing down, and falls as h^2.
+TEST(law_cradle, balls_let_go_from_a_height_exchange_with_second_order) {
+    for (const double gap : {0.0, 1e-4}) {
+        for (const int k : {1, 2, 4}) {
+            const Convergence c =
+                converge(fmt::format("office toy, let go at 0.5 rad, k = {}, gap {:g} m", k, gap),
+                         "velocities after the exchange, relative", 1e-5,
+                         {microseconds(4000), microseconds(2000), microseconds(1000), microseconds(500)},
+                         [&](Rational h) { return exchange(cradle_scene(h, 5, k, 0.5, gap), k, gap).error; });
+            // Verlet's swing: (w h)^2 / 24 with w = 3.1 rad/s at the most, and the time of the touch with it.
+            EXPECT_LT(c.errors[2], 1e-5) << k << " in, gap " << gap;
+            EXPECT_TRUE(c.is_second_order(1e-9)) << "order " << c.order();
+        }
     }
 }
 

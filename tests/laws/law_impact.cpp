@@ -55,6 +55,7 @@ TEST(law_impact, two_spheres_head_on_for_three_restitutions_and_unequal_masses) 
 TEST(law_impact, oblique_sphere_on_a_plane_sticks_or_slips_as_the_closed_form) {
     const double radius = 0.1, v_n = 2.0;
     int stuck = 0, slipped = 0;
+    double worst_stuck = 0.0, worst_slipped = 0.0; // [m/s]
     for (const double e : {0.0, 0.6, 1.0}) {
         for (const double mu : {0.0, 0.1, 0.4}) {
             for (const double v_t : {0.3, 1.5, 6.0}) {
@@ -72,6 +73,10 @@ TEST(law_impact, oblique_sphere_on_a_plane_sticks_or_slips_as_the_closed_form) {
                     EXPECT_NEAR(end.bodies[1].velocity.z(), e * v_n, 1e-10);
                     if (e > 0.0) { // with e = 0 it stays on the plane and goes on to slip without weight: the
                                    // same
+                        const double error = std::max(std::abs(end.bodies[1].velocity.x() - v_t - given),
+                                                      std::abs(end.bodies[1].velocity.z() - e * v_n));
+                        double& worst = needed <= mu * (1 + e) * v_n ? worst_stuck : worst_slipped;
+                        worst = std::max(worst, error);
                         EXPECT_NEAR(end.bodies[1].velocity.x(), v_t + given, 1e-10)
                             << e << " " << mu << " " << v_t;
                         EXPECT_NEAR(end.bodies[1].angular_velocity.y(), w - 2.5 * given / radius, 1e-8);
@@ -80,6 +85,8 @@ TEST(law_impact, oblique_sphere_on_a_plane_sticks_or_slips_as_the_closed_form) {
             }
         }
     }
+    record({"sphere in oblique impacts, sticking", "velocity after [m/s]", 1e-3, worst_stuck, 1e-10});
+    record({"sphere in oblique impacts, slipping", "velocity after [m/s]", 1e-3, worst_slipped, 1e-10});
     EXPECT_GT(stuck, 10);
     EXPECT_GT(slipped, 10);
 }

@@ -188,3 +188,34 @@ TEST(collision_solver, energy_that_newtons_law_with_friction_adds_is_taken_away)
     }
     EXPECT_GT(taken, 5);
 }
+
+/// A ball between a wall and a ball `ratio` times as heavy that comes in, all touching: they collide
+/// floor(pi / atan(1 / sqrt(ratio))) times (Galperin, Playing pool with pi, 2003).
+Scene squeezed_ball(double ratio) {
+    Scene scene;
+    add_body(scene.bodies, make_props(Plane{}, 0.0, 1.0), {Vec3::Zero(), Quat::Identity()});
+    add_body(scene.bodies, make_props(Sphere{0.5}, 1.0, 1.0), {Vec3(0, 0, 0.5), Quat::Identity()});
+    add_body(scene.bodies, make_props(Sphere{0.5}, ratio, 1.0), {Vec3(0, 0, 1.5), Quat::Identity()},
+             {Vec3(0, 0, -1), Vec3::Zero()});
+    scene.pair(0, 1);
+    scene.pair(1, 2);
+    return scene;
+}
+
+TEST(collision_solver, a_squeezed_ball_collides_as_often_as_the_digits_of_pi_say) {
+    for (const double ratio : {3.0, 100.0, 1e4}) {
+        Scene scene = squeezed_ball(ratio);
+        const CollisionReport report = scene.resolve();
+        EXPECT_TRUE(report.converged);
+        EXPECT_EQ(report.collisions, static_cast<int>(std::floor(std::acos(-1.0) / std::atan(1.0 / std::sqrt(ratio)))));
+        const double before = kinetic_energy(scene.bodies, scene.bodies.velocity);
+        EXPECT_NEAR(kinetic_energy(scene.bodies, scene.velocity) / before, 1.0, 1e-12);
+    }
+}
+
+TEST(collision_solver, passes_that_come_to_no_end_are_reported) {
+    Scene scene = squeezed_ball(1e6); // 3141 collisions
+    const CollisionReport report = scene.resolve();
+    EXPECT_FALSE(report.converged);
+    EXPECT_EQ(report.passes, 400);
+}

@@ -1,0 +1,56 @@
+/// The films of hulls, boxes and cylinders as they are: in each step that is looked at and not reported, no overlap
+/// beyond the scene's tolerance, by a check that shares no code with sim/.
+#include "sim/scene_file.h"
+#include "tests/laws/law_scene.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace {
+
+using namespace laws;
+
+/// Runs all of the scene, looking at every `every`-th step.
+void judge_film(const std::string& film, int every) {
+    const sim::SceneDef scene = sim::load_scene(std::filesystem::path(TUMBLE_SCENE_DIR) / (film + ".toml"));
+    const double duration = scene.output.duration.value();
+    sim::World world(scene);
+    double overlap = 0.0, own = 0.0;
+    int unconverged = 0, looks = 0;
+    run(world, scene, duration, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+        unconverged += report.at_iteration_limit ? 1 : 0;
+        if (!report.at_iteration_limit) {
+            own = std::max(own, report.max_penetration);
+            if (s.step % every == 0) {
+                ++looks;
+                overlap = std::max(overlap, largest_overlap(scene, s));
+            }
+        }
+        return true;
+    });
+    const std::string name = fmt::format("film {}, {} s", film, duration);
+    const double h = scene.step.time_step.value();
+    record({name, fmt::format("overlap, {} steps looked at [m]", looks), h, overlap, scene.step.tolerance});
+    record({name, "overlap, every step, by the run itself [m]", h, own, scene.step.tolerance});
+    record({name, "steps not converged", h, static_cast<double>(unconverged), 0.0});
+    // The check of hulls and rods rounds, or searches, to 1e-9 m.
+    EXPECT_LE(overlap, scene.step.tolerance + 1e-9) << name;
+    EXPECT_LE(own, scene.step.tolerance) << name;
+    EXPECT_EQ(unconverged, 0) << name;
+}
+
+TEST(law_films, DISABLED_rubble_keeps_its_tolerance) {
+    judge_film("rubble", 20);
+}
+
+TEST(law_films, DISABLED_dominoes_keep_their_tolerance) {
+    judge_film("dominoes", 20);
+}
+
+TEST(law_films, DISABLED_coin_keeps_its_tolerance) {
+    judge_film("coin", 50);
+}
+
+} // namespace
