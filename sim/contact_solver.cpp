@@ -76,6 +76,12 @@ constexpr double limit_rounding = 1e-9;
 /// answer to the impact and not a force.
 constexpr double largest_growth = 2.0;
 
+/// Share [-] of an impulse remembered that was a force: only of that a part is owed.
+double force_part(const ContactMemory& memory) {
+    return memory.owed > 0.0 && memory.last_interval > 0.0 ? 2.0 * memory.owed * memory.interval / memory.last_interval
+                                                           : 1.0;
+}
+
 /// Is the friction of a loaded contact as large as mu p_n?
 bool is_at_limit(const ContactPoint& point, double mu) {
     return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - limit_rounding) * mu * point.p_n;
@@ -250,7 +256,7 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         }
         const double stretch = memory.p_n > 0.0 ? interval / memory.interval : 0.0;
         const double scale = stretch <= largest_stretch ? stretch : 0.0;
-        resting.load = stretch * memory.p_n;
+        resting.load = stretch * force_part(memory) * memory.p_n;
         if (settings_.warm_start && memory.p_n > 0.0) {
             point.p_n = scale * memory.p_n;
             point.p_t = scale * Vec2(memory.p_t.dot(block.frame.col(0)), memory.p_t.dot(block.frame.col(1)));
@@ -471,7 +477,7 @@ void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairCo
             pairs[static_cast<std::size_t>(contact.pair)].memory[static_cast<std::size_t>(contact.index)];
         const bool loaded = point.p_n > 0.0;
         memory.interval = impulse_interval(block.node_weight, h_);
-        memory.owed = 0.5 * h_ / memory.interval;
+        memory.owed = contact.force_share * 0.5 * h_ / memory.interval;
         memory.last_interval = loaded && !contact.is_ahead ? h_ : 0.0;
         memory.approach_speed = 0.0;
         memory.energy_taken = 0.0;
@@ -484,9 +490,8 @@ void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairCo
                 -0.5 * point.p_n * (contact.u_n_before + normal_velocity(point, twist)) -
                 0.5 * point.p_t.dot(tangential_before(block, point) + tangential_velocity(point, twist));
         }
-        const double force = contact.is_ahead ? 0.0 : contact.force_share;
-        memory.p_n = force * point.p_n;
-        memory.p_t = force * in_world(point.p_t);
+        memory.p_n = contact.is_ahead ? 0.0 : point.p_n;
+        memory.p_t = contact.is_ahead ? Vec3(Vec3::Zero()) : in_world(point.p_t);
         memory.is_sticking = loaded && block.has_friction() && (keeps_mark || !at_limit);
         if (!block.has_friction()) {
             continue;
