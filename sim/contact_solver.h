@@ -1,12 +1,37 @@
 #pragma once
 /// Resting contacts at position level (Bender & Schmitt 2006, sec. 3.2): impulses at t0 such that the
-/// predicted gaps at t0 + h are closed. contact_measure.cpp has what is measured at the predicted poses.
+/// predicted gaps at t0 + h are closed. contact_measure.cpp has what is measured at the predicted poses,
+/// contact_remember.cpp what is handed to the next interval.
 #include "sim/block_together.h"
 #include "sim/contact_memory.h"
 #include "sim/joint.h"
 #include "sim/scene_def.h"
 
 namespace sim {
+
+/// The iteration stops when no contact changed by more than this share [-] of the tolerance over h, or by the
+/// velocity tolerance, whichever is smaller.
+inline constexpr double iteration_share = 0.5;
+
+/// Share [-] of the impulses at t0 that acts before it, when the velocities were last exact `last_interval`
+/// [s] ago.
+inline double node_weight(double last_interval, double h) {
+    return last_interval / (last_interval + h);
+}
+
+/// Time [s] that the impulses of an interval h stand for: from the middle of the interval before to its own
+/// middle.
+inline double impulse_interval(double node_weight, double h) {
+    return node_weight < 1.0 ? 0.5 * h / (1.0 - node_weight) : h;
+}
+
+/// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
+inline constexpr double limit_rounding = 1e-9;
+
+/// Is the friction of a loaded contact as large as mu p_n?
+inline bool is_at_limit(const ContactPoint& point, double mu) {
+    return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - limit_rounding) * mu * point.p_n;
+}
 
 /// A resting contact in the solve, beside its ContactPoint.
 struct RestingContact {

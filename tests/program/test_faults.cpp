@@ -133,7 +133,7 @@ TEST_F(faults, a_full_disk_is_told_for_every_file_of_a_run) {
     const std::string run = "run block.toml " + std::string(tiny) + " --out disk";
     // A trajectory of 104 kB, then four files of a page each and the summary.
     std::set<std::string> full =
-        expect_told(on_small_disks(run, "4 8 16 40 80 100 104 108 112 116 120 124 128 160"));
+        expect_told(on_small_disks(run, "4 8 16 40 80 100 104 108 112 116 120 124 128 132 136 140 144 148 152 160"));
     full.merge(
         expect_told(on_small_disks("simulate block.toml " + std::string(tiny) + " --out disk", "60 108")));
     // One file at a time: the others have a disk of their own.
