@@ -9,11 +9,12 @@ struct CollisionReport {
     int passes = 0;
     int iterations = 0;          ///< sweeps
     double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
-    bool converged = true; ///< did the last pass, with no contact left that collides? The next mends what one leaves undone
+    /// Did the last pass, with no contact left that collides? What another leaves undone, the next one mends.
+    bool converged = true;
 };
 
 /// Resolves collisions in passes: a pass contains only the contacts that are collisions when it starts, and
-/// passes repeat until none is one, or 400 are done, which is reported.
+/// passes repeat until none is one, or their limit is reached, which is reported.
 ///
 /// A contact is a collision if it touches (gap <= tolerance) and approaches faster than the resting
 /// threshold, or if, placed ahead of its impact, it took away such an approach in the last step. With

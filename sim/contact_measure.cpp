@@ -180,13 +180,15 @@ ContactSolver::Displacement ContactSolver::displacement(const Bodies& bodies, co
     const PlacedBody& pose_b = placed_[b];
     const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
     const auto& [feature, start] = pair.manifold.contacts[static_cast<std::size_t>(contact.index)];
-    const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
+    const Vec3 point_a = pose_a * contact.point_a;
+    const Vec3 point_b = pose_b * contact.point_b;
+    const Vec3 d = point_a - point_b;
     ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
-    if (wanders(feature, at, pose_a * contact.point_a, pose_b * contact.point_b,
+    if (wanders(feature, at, point_a, point_b,
                 std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius))) {
         at.n = block.frame.col(2);
-        at.a = pose_a * contact.point_a;
-        at.b = pose_b * contact.point_b;
+        at.a = point_a;
+        at.b = point_b;
         at.gap = at.n.dot(d);
     }
     const Eigen::Matrix<double, 3, 2> tangents = block.frame.leftCols<2>();

@@ -361,9 +361,8 @@ void apply_assignment(TreeNode& root, const TextSource& source, int index) {
     *node = std::move(value);
 }
 
-std::string suggestion(const std::string& found, const std::vector<std::string>& names) {
+std::string near_miss(const std::string& found, const std::vector<std::string>& names) {
     constexpr std::size_t most_edits = 3; // more than that is another word
-    constexpr std::size_t most_listed = 32;
     std::string nearest;
     std::size_t least = std::min(most_edits, found.size() / 2) + 1;
     for (const std::string& name : names) {
@@ -373,11 +372,14 @@ std::string suggestion(const std::string& found, const std::vector<std::string>&
             least = edits;
         }
     }
-    if (!nearest.empty()) {
-        return fmt::format("; did you mean '{}'?", nearest);
-    }
-    const bool is_listed = !names.empty() && names.size() <= most_listed;
-    return is_listed ? fmt::format("; expected one of: {}", fmt::join(names, ", ")) : "";
+    return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
+}
+
+std::string suggestion(const std::string& found, const std::vector<std::string>& names) {
+    constexpr std::size_t most_listed = 32;
+    const std::string nearest = near_miss(found, names);
+    const bool is_listed = nearest.empty() && !names.empty() && names.size() <= most_listed;
+    return is_listed ? fmt::format("; expected one of: {}", fmt::join(names, ", ")) : nearest;
 }
 
 } // namespace sim

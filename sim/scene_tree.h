@@ -55,9 +55,11 @@ TreeNode parse_tree(const std::string& text, const TextSource& source);
 /// The value is TOML; a bare word is taken as text. Throws Error (usage).
 void apply_assignment(TreeNode& root, const TextSource& source, int index);
 
-/// How a message about an unknown name ends: "; did you mean 'x'?" if one of `names` is a few edits (insert,
-/// delete, replace, swap of neighbours) from `found`, else "; expected one of: ..." if there are few, else
+/// "; did you mean 'x'?" if one of `names` is a few edits (insert, delete, replace, swap of neighbours) from `found`, else
 /// nothing.
+std::string near_miss(const std::string& found, const std::vector<std::string>& names);
+
+/// How a message about an unknown name ends: near_miss(), else "; expected one of: ..." if there are few names, else nothing.
 std::string suggestion(const std::string& found, const std::vector<std::string>& names);
 
 } // namespace sim

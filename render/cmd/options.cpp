@@ -97,8 +97,7 @@ std::string nearest_file(const std::filesystem::path& path) {
         }
     }
     std::sort(names.begin(), names.end());
-    const std::string text = sim::suggestion(path.string(), names);
-    return text.find("did you mean") != std::string::npos ? text : "";
+    return sim::near_miss(path.string(), names);
 }
 
 // "a,b" -> ["a", "b"].
@@ -110,6 +109,21 @@ std::string toml_list(std::string_view words) {
         words.remove_prefix(std::min(end + 1, words.size()));
     }
     return "[" + list + "]";
+}
+
+// With all changes, and with the simulation's preset below them.
+sim::SceneDef load_with_preset(const Options& options, const std::string& input) {
+    const std::vector<std::string> changes = overrides_of(options);
+    sim::SceneDef scene = sim::load_scene(input, changes);
+    const std::string word = simulation_preset(options);
+    if (!word.empty()) {
+        // From the file's own settings, not from those given by --set, which come last and hold.
+        std::vector<std::string> all =
+            study::preset_overrides(sim::load_scene(input), *study::find_preset(word));
+        all.insert(all.end(), changes.begin(), changes.end());
+        scene = sim::load_scene(input, all);
+    }
+    return scene;
 }
 
 } // namespace
@@ -148,8 +162,7 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
     }
     verb.add_option("--threads", options.threads,
                     "Threads of the simulation, else one a core, less one while pictures are drawn; the "
-                    "result does not "
-                    "depend on it")
+                    "result does not depend on it")
         ->type_name("N")
         ->check(whole_number(1, 1024));
     verb.add_option("--set", options.assignments, "Sets any key of the scene, such as light.sun_intensity=2")
@@ -326,24 +339,6 @@ std::string as_typed(const std::string& message, const Options& options) {
     }
     return message;
 }
-
-namespace {
-
-sim::SceneDef load_with_preset(const Options& options, const std::string& input) {
-    const std::vector<std::string> changes = overrides_of(options);
-    sim::SceneDef scene = sim::load_scene(input, changes);
-    const std::string word = simulation_preset(options);
-    if (!word.empty()) {
-        // From the file's own settings, not from those given by --set, which come last and hold.
-        std::vector<std::string> all =
-            study::preset_overrides(sim::load_scene(input), *study::find_preset(word));
-        all.insert(all.end(), changes.begin(), changes.end());
-        scene = sim::load_scene(input, all);
-    }
-    return scene;
-}
-
-} // namespace
 
 sim::SceneDef load_scene(const std::string& path, const Options& options) {
     try {

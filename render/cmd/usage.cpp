@@ -46,12 +46,6 @@ std::vector<std::string> options_of(const CLI::App& verb) {
     return names;
 }
 
-/// "; did you mean '--size'?" or nothing: a verb has too many options to list.
-std::string nearest_option(const std::string& found, const CLI::App& verb) {
-    const std::string text = sim::suggestion(found, options_of(verb));
-    return text.find("did you mean") != std::string::npos ? text : "";
-}
-
 std::string help_of(const std::string& verb) {
     return "; see tumble " + (verb.empty() ? std::string() : verb + " ") + "--help";
 }
@@ -116,7 +110,7 @@ std::string usage_message(const CLI::App& app, int argc, char** argv, const CLI:
     const std::string what = error.what();
     const std::string unknown = unknown_option(*verb, words);
     if (!unknown.empty()) {
-        return fmt::format("{} has no option '{}'{}{}", path, unknown, nearest_option(unknown, *verb),
+        return fmt::format("{} has no option '{}'{}{}", path, unknown, sim::near_miss(unknown, options_of(*verb)),
                            help_of(path));
     }
     if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) {

@@ -29,18 +29,11 @@ int cell_start(int k, int size) {
 
 Thumbnail thumbnail_of(const Picture& picture) {
     Thumbnail means{};
-    const auto row_bytes = static_cast<std::size_t>(picture.width) * 3;
-    std::vector<std::uint32_t> sums; // of the rows of a cell, by column and channel
+    std::vector<std::uint32_t> sums; // of the rows of a cell
     for (int row = 0; row < side; ++row) {
-        sums.assign(row_bytes, 0);
         const int top = cell_start(row, picture.height);
         const int bottom = cell_start(row + 1, picture.height);
-        for (int y = top; y < bottom; ++y) {
-            const std::uint8_t* pixels = picture.rgb.data() + static_cast<std::size_t>(y) * row_bytes;
-            for (std::size_t i = 0; i < row_bytes; ++i) {
-                sums[i] += pixels[i];
-            }
-        }
+        sum_rows(picture, top, bottom, sums);
         for (int column = 0; column < side; ++column) {
             const int left = cell_start(column, picture.width);
             const int right = cell_start(column + 1, picture.width);

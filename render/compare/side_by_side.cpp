@@ -41,17 +41,9 @@ public:
     void set(int panel, const Picture& picture) {
         const int width = std::min(panel_width_, picture.width / factor_);
         const int height = std::min(film_.height, picture.height / factor_);
-        const auto row_bytes = static_cast<std::size_t>(picture.width) * 3;
         const int count = factor_ * factor_;
         for (int y = 0; y < height; ++y) {
-            sums_.assign(row_bytes, 0);
-            for (int row = y * factor_; row < (y + 1) * factor_; ++row) {
-                const std::uint8_t* pixels = picture.rgb.data() + static_cast<std::size_t>(row) * row_bytes;
-                std::uint32_t* sums = sums_.data();
-                for (std::size_t i = 0; i < row_bytes; ++i) {
-                    sums[i] += pixels[i];
-                }
-            }
+            sum_rows(picture, y * factor_, (y + 1) * factor_, sums_);
             std::uint8_t* out = &film_.rgb[static_cast<std::size_t>(y * film_.width + panel * panel_width_) * 3];
             for (int i = 0; i < 3 * width; ++i) {
                 const std::uint32_t* first = &sums_[static_cast<std::size_t>(i / 3 * factor_ * 3 + i % 3)];
