@@ -1,17 +1,13 @@
 #include "render/draw_list.h"
 
 #include "render/faces.h"
-#include "render/mesh.h"
 #include "sim/error.h"
-#include "sim/polytope.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <span>
-#include <tuple>
 
 namespace render {
 
@@ -20,202 +16,21 @@ namespace {
 using sim::Pose;
 using sim::Vec3;
 
-/// A floor fades into the sky over this many view distances.
-constexpr double floor_extent_in_views = 14.0;
 /// What lies farther from the target than this many view distances throws no shadow.
 constexpr double reach_in_views = 3.0;
 /// Shadow texels are not smaller than this many view distances.
 constexpr double least_texel_in_views = 0.0009;
-/// Spheres below these radii on the picture [px] are drawn with the first, second, third mesh: the polygon
-/// stays within 0.15 px of the circle.
-constexpr std::array<double, mesh_id::sphere_count - 1> sphere_pixels{7.0, 30.0, 120.0};
-/// Radius of the rod that a joint is drawn as, in view distances; and the least on the picture, so that a rod
-/// covers the centre of at least one pixel in each row (edges.cpp then counts its true width) [px].
+/// Radius of the rod that a joint is drawn as, in view distances.
 constexpr double rod_radius_in_views = 0.0014;
-/// Cells of the occlusion volume across the smallest body, and cells of the whole volume at most.
-constexpr double cells_across_body = 6.0;
-constexpr double most_occlusion_cells = 2e5;
-/// Round bodies of metal smoother than this show the bodies around them, if these are not more than that.
-constexpr float polished_roughness = 0.4f;
-constexpr std::size_t most_mirrored = 32;
 /// Cells that the occlusion volume reaches beyond the bodies.
 constexpr float occlusion_margin_cells = 4.0f;
+
 glm::vec3 to_glm(const Vec3& v) {
     return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
 
 glm::dvec3 to_glm_double(const Vec3& v) {
     return {v.x(), v.y(), v.z()};
-}
-
-glm::vec4 to_glm(const sim::Quat& q) {
-    return {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
-            static_cast<float>(q.w())};
-}
-
-template <class... Fs>
-struct Overload : Fs... {
-    using Fs::operator()...;
-};
-template <class... Fs>
-Overload(Fs...) -> Overload<Fs...>;
-
-/// Distance between eye and target of the camera's first key: the length scale of the picture, constant in
-/// time.
-double view_scale(const sim::CameraDef& camera) {
-    return std::max(1e-6, (camera.keys.front().eye - camera.keys.front().target).norm());
-}
-
-/// Collects the parts of all bodies and joints.
-class PartCollector {
-public:
-    PartCollector(const SceneGeometry& geometry, const View& view, double pixels_per_radian)
-        : geometry_(geometry), view_(view), forward_((view.target - view.eye).normalized()),
-          pixels_per_radian_(pixels_per_radian) {}
-
-    void add_body(const sim::BodyDef& body, std::size_t index, const Pose& pose) {
-        look_ = &body.look;
-        body_ = static_cast<std::uint32_t>(index + 1);
-        const int profile = geometry_.profile_of_body[index];
-        if (profile >= 0) {
-            double radius = 0.0;
-            for (const glm::vec2& point : geometry_.profiles[static_cast<std::size_t>(profile)]) {
-                radius = std::max(radius, static_cast<double>(glm::length(point)));
-            }
-            rounds.push_back(part(pose, Vec3::Ones(), radius, mesh_id::lathe_first + profile));
-            return;
-        }
-        std::visit(
-            Overload{[](const sim::Plane&) {},
-                     [&](const sim::Compound& compound) {
-                         for (std::size_t i = 0; i < compound.parts.size(); ++i) {
-                             const sim::CompoundPart& piece = compound.parts[i];
-                             const Pose world_from_part{pose * piece.body_from_part.position,
-                                                        pose.orientation * piece.body_from_part.orientation};
-                             mesh_ = geometry_.mesh_of_part[index][i];
-                             std::visit([&](const auto& shape) { add_primitive(shape, world_from_part); },
-                                        piece.shape);
-                         }
-                     },
-                     [&](const auto& shape) {
-                         mesh_ = geometry_.mesh_of_part[index][0];
-                         add_primitive(shape, pose);
-                     }},
-            body.shape);
-    }
-
-    /// A thin rod from a to b.
-    void add_rod(const Vec3& a, const Vec3& b, double radius, const sim::LookDef& look) {
-        const Vec3 along = b - a;
-        if (!(along.norm() > 0.0)) {
-            return;
-        }
-        look_ = &look;
-        body_ = 0;
-        const Pose pose{0.5 * (a + b), sim::Quat::FromTwoVectors(Vec3::UnitZ(), along)};
-        const double half = 0.5 * along.norm();
-        rounds.push_back(part(pose, {radius, radius, half}, half + radius, mesh_id::rod));
-    }
-
-    std::vector<Part> boxes;
-    std::vector<Part> rounds;
-
-private:
-    void add_primitive(const sim::Box& box, const Pose& pose) {
-        boxes.push_back(part(pose, box.half_extents, box.half_extents.norm(), -1));
-    }
-
-    void add_primitive(const sim::Sphere& sphere, const Pose& pose) {
-        const double distance = std::max((pose.position - view_.eye).norm(), sphere.radius);
-        const double pixels = sphere.radius / distance * pixels_per_radian_;
-        const auto level = std::upper_bound(sphere_pixels.begin(), sphere_pixels.end(), pixels);
-        rounds.push_back(part(pose, Vec3::Constant(sphere.radius), sphere.radius,
-                              mesh_id::sphere_first + static_cast<int>(level - sphere_pixels.begin())));
-    }
-
-    void add_primitive(const sim::Cylinder& cylinder, const Pose& pose) {
-        rounds.push_back(part(pose, Vec3::Ones(), std::hypot(cylinder.radius, cylinder.half_length), mesh_));
-    }
-
-    void add_primitive(const sim::Capsule& capsule, const Pose& pose) {
-        rounds.push_back(part(pose, Vec3::Ones(), capsule.radius + capsule.half_length, mesh_));
-    }
-
-    void add_primitive(const sim::Hull& hull, const Pose& pose) {
-        double radius = 0.0;
-        for (const Vec3& vertex : hull.polytope->vertices) {
-            radius = std::max(radius, vertex.norm());
-        }
-        rounds.push_back(part(pose, Vec3::Ones(), radius, mesh_));
-    }
-
-    Part part(const Pose& pose, const Vec3& scale, double bounding_radius, int mesh) const {
-        Part result{};
-        Instance& instance = result.instance;
-        instance.orientation = to_glm(pose.orientation);
-        instance.position = to_glm(pose.position);
-        instance.scale = to_glm(scale);
-        instance.roughness = static_cast<float>(look_->roughness);
-        instance.metallic = static_cast<float>(look_->metallic);
-        instance.color = to_glm(look_->color);
-        instance.pattern_color = to_glm(look_->pattern_color);
-        instance.bounding_radius = static_cast<float>(bounding_radius);
-        result.mesh = mesh;
-        result.pattern = look_->pattern;
-        result.depth = static_cast<float>((pose.position - view_.eye).dot(forward_));
-        result.body = body_;
-        return result;
-    }
-
-    const SceneGeometry& geometry_;
-    View view_;
-    Vec3 forward_;
-    double pixels_per_radian_;
-    const sim::LookDef* look_ = nullptr;
-    std::uint32_t body_ = 0;
-    int mesh_ = -1; ///< of the part at hand, where it has one of its own
-};
-
-/// Rods of all drawn joints: from the anchor to the centre of body a.
-void add_joints(const sim::SceneDef& scene, const sim::Snapshot& snapshot, double radius,
-                PartCollector& collector) {
-    sim::LookDef look;
-    look.color = Vec3::Constant(0.10);
-    look.roughness = 0.5;
-    for (const sim::JointDef& joint : scene.joints) {
-        if (!joint.is_drawn || joint.body_a < 0) {
-            continue;
-        }
-        const auto a = static_cast<std::size_t>(joint.body_a);
-        // The anchor as body b holds it now; where b is the world it does not move.
-        Vec3 anchor = joint.anchor;
-        if (joint.body_b >= 0) {
-            const auto b = static_cast<std::size_t>(joint.body_b);
-            const Vec3 anchor_body =
-                scene.bodies[b].pose.orientation.conjugate() * (joint.anchor - scene.bodies[b].pose.position);
-            anchor = snapshot.bodies[b].orientation * anchor_body + snapshot.bodies[b].position;
-        }
-        if (anchor.allFinite() && snapshot.bodies[a].position.allFinite()) {
-            collector.add_rod(anchor, snapshot.bodies[a].position, radius, look);
-        }
-    }
-}
-
-void collect_parts(const sim::SceneDef& scene, const sim::Snapshot& snapshot, double rod_radius,
-                   PartCollector& collector) {
-    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-        const Pose pose{snapshot.bodies[i].position, snapshot.bodies[i].orientation};
-        if (scene.bodies[i].look.visible && pose.position.allFinite() &&
-            pose.orientation.coeffs().allFinite()) {
-            collector.add_body(scene.bodies[i], i, pose);
-        }
-    }
-    add_joints(scene, snapshot, rod_radius, collector);
-    std::stable_sort(collector.boxes.begin(), collector.boxes.end(),
-                     [](const Part& a, const Part& b) { return a.depth < b.depth; });
-    std::stable_sort(collector.rounds.begin(), collector.rounds.end(), [](const Part& a, const Part& b) {
-        return std::tie(a.mesh, a.pattern, a.depth) < std::tie(b.mesh, b.pattern, b.depth);
-    });
 }
 
 /// Floors of all visible plane bodies; what lies around them is filled in later.
@@ -245,24 +60,7 @@ std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& 
     return floors;
 }
 
-/// Light of a scene whose ground has the colour `floor`; without one the horizon's light comes from below
-/// too.
-LightBlock make_light(const sim::LightDef& light, const std::optional<glm::vec3>& floor) {
-    LightBlock block{};
-    block.to_sun = to_glm(Vec3(light.to_sun.normalized()));
-    block.sun = to_glm(Vec3(light.sun_color * light.sun_intensity));
-    block.sky_zenith = to_glm(Vec3(light.sky_zenith * light.sky_intensity));
-    block.sky_horizon = to_glm(Vec3(light.sky_horizon * light.sky_intensity));
-    block.ground = block.sky_horizon;
-    if (floor) {
-        // As ambient_irradiance of shaders/common_light.glsl for what looks up.
-        const glm::vec3 mean_sky = 0.5f * (block.sky_zenith + block.sky_horizon);
-        block.ground = *floor * (block.sun * std::max(block.to_sun.z, 0.0f) + mean_sky);
-    }
-    return block;
-}
-
-OcclusionVolume make_occlusion(const SceneGeometry& geometry, const PartCollector& parts,
+OcclusionVolume make_occlusion(const SceneGeometry& geometry, const Parts& parts,
                                const std::vector<Floor>& floors, const glm::vec3& target, float reach) {
     glm::vec3 lower(std::numeric_limits<float>::max());
     glm::vec3 upper(std::numeric_limits<float>::lowest());
@@ -310,6 +108,7 @@ void fill_rounds(const std::vector<Part>& parts, const SceneGeometry& geometry, 
             batches.push_back({part.mesh, part.pattern, static_cast<int>(list.rounds.size()), 0});
         }
         ++batches.back().count;
+        batches.back().is_polished |= is_polished(part);
         list.rounds.push_back(part.instance);
         list.rounds.back().id = next_id;
         const std::uint32_t groups = geometry.group_count[static_cast<std::size_t>(part.mesh)];
@@ -380,193 +179,7 @@ FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume
     return result;
 }
 
-/// Cell of the occlusion volume: a share of the smallest moving body (of all bodies, if none moves), coarser
-/// where the start fills much space; told from the scene alone, so that it is the same in all pictures.
-float occlusion_cell(const sim::SceneDef& scene, double reach) {
-    constexpr double none = std::numeric_limits<double>::max();
-    double smallest_moving = none;
-    double smallest = none;
-    Vec3 lower = Vec3::Constant(none);
-    Vec3 upper = Vec3::Constant(-none);
-    for (const sim::BodyDef& body : scene.bodies) {
-        const sim::Bounds bounds = sim::bounds(body.shape, body.pose);
-        const Vec3 size = bounds.upper - bounds.lower;
-        if (!size.allFinite() || !body.look.visible) {
-            continue;
-        }
-        lower = lower.cwiseMin(bounds.lower);
-        upper = upper.cwiseMax(bounds.upper);
-        smallest = std::min(smallest, size.minCoeff());
-        if (!body.is_static()) {
-            smallest_moving = std::min(smallest_moving, size.minCoeff());
-        }
-    }
-    if (smallest == none) {
-        return static_cast<float>(reach);
-    }
-    const double body_size = smallest_moving == none ? smallest : smallest_moving;
-    const Vec3 extent = (upper - lower).cwiseMax(body_size).cwiseMin(2.0 * reach);
-    return static_cast<float>(
-        std::max(body_size / cells_across_body, std::cbrt(extent.prod() / most_occlusion_cells)));
-}
-
-/// What polished round bodies mirror, unless it is too much to follow rays to.
-void fill_mirrored(const PartCollector& parts, DrawList& list) {
-    const auto is_polished = [](const Part& part) {
-        return part.instance.metallic > 0.5f && part.instance.roughness < polished_roughness;
-    };
-    if (std::none_of(parts.rounds.begin(), parts.rounds.end(), is_polished)) {
-        return;
-    }
-    for (const Part& part : parts.rounds) {
-        if (part.mesh < mesh_id::sphere_first + mesh_id::sphere_count) {
-            list.mirrored.push_back(part.instance);
-        }
-    }
-    list.mirrored_spheres = static_cast<int>(list.mirrored.size());
-    for (const Part& part : parts.boxes) {
-        list.mirrored.push_back(part.instance);
-    }
-    if (list.mirrored.size() > most_mirrored) {
-        list.mirrored.clear();
-    }
-}
-
-/// Index of a value in a list, to which it is added if it is new.
-template <class T>
-int place_of(const T& value, std::vector<T>& list) {
-    const auto known = std::find(list.begin(), list.end(), value);
-    const auto place = static_cast<int>(known - list.begin());
-    if (known == list.end()) {
-        list.push_back(value);
-    }
-    return place;
-}
-
-/// A cylinder (bend 0) or capsule: (radius, z) of its outline from bottom to top.
-std::vector<glm::vec2> rod_outline(double radius, double half_length, double bend) {
-    constexpr int segments = 16; // of a quarter circle: the outline stays within 0.12 % of the radius
-    std::vector<glm::vec2> profile;
-    for (const double end : {-1.0, 1.0}) {
-        const int count = bend > 0.0 ? segments : 0;
-        for (int i = 0; i <= count; ++i) {
-            const int k = end < 0.0 ? count - i : i;
-            const double angle = count > 0 ? 0.5 * std::numbers::pi * k / count : 0.0;
-            profile.emplace_back(static_cast<float>(k == count && count > 0 ? 0.0 : radius * std::cos(angle)),
-                                 static_cast<float>(end * (half_length + bend * std::sin(angle))));
-        }
-    }
-    return profile;
-}
-
-/// Finds or makes the meshes of cylinders, capsules and hulls.
-class PartMeshes {
-public:
-    explicit PartMeshes(SceneGeometry& geometry) : geometry_(geometry) {}
-
-    std::vector<int> of_body(const sim::Shape& shape) {
-        std::vector<int> meshes;
-        std::visit(Overload{[&](const sim::Compound& compound) {
-                                for (const sim::CompoundPart& part : compound.parts) {
-                                    meshes.push_back(std::visit(
-                                        [&](const auto& s) { return of_primitive(s); }, part.shape));
-                                }
-                            },
-                            [&](const auto& primitive) { meshes.push_back(of_primitive(primitive)); }},
-                   shape);
-        return meshes;
-    }
-
-    /// Hulls come after all profiles, so their numbers are known last.
-    void number_hulls() {
-        for (std::vector<int>& meshes : geometry_.mesh_of_part) {
-            for (int& mesh : meshes) {
-                mesh = mesh < -1
-                           ? mesh_id::lathe_first + static_cast<int>(geometry_.profiles.size()) - 2 - mesh
-                           : mesh;
-            }
-        }
-    }
-
-private:
-    template <class Primitive>
-    int of_primitive(const Primitive&) {
-        return -1;
-    }
-    int of_primitive(const sim::Cylinder& cylinder) {
-        return mesh_id::lathe_first +
-               place_of(rod_outline(cylinder.radius, cylinder.half_length, 0.0), geometry_.profiles);
-    }
-    int of_primitive(const sim::Capsule& capsule) {
-        return mesh_id::lathe_first +
-               place_of(rod_outline(capsule.radius, capsule.half_length, capsule.radius), geometry_.profiles);
-    }
-    int of_primitive(const sim::Hull& hull) {
-        const int hull_index = place_of(hull.polytope.get(), polytopes_);
-        if (static_cast<std::size_t>(hull_index) == geometry_.hulls.size()) {
-            std::vector<HullFace> faces;
-            for (const sim::Polytope::Face& face : hull.polytope->faces) {
-                faces.push_back({to_glm(face.normal), {}});
-                for (const int v : face.loop) {
-                    faces.back().corners.push_back(
-                        to_glm(hull.polytope->vertices[static_cast<std::size_t>(v)]));
-                }
-            }
-            geometry_.hulls.push_back(std::move(faces));
-        }
-        return -2 - hull_index;
-    }
-
-    SceneGeometry& geometry_;
-    std::vector<const sim::Polytope*> polytopes_;
-};
-
 } // namespace
-
-SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraDef& camera) {
-    SceneGeometry geometry;
-    for (const sim::BodyDef& body : scene.bodies) {
-        geometry.profile_of_body.push_back(-1);
-        if (body.look.lathe.size() < 2) {
-            continue;
-        }
-        std::vector<glm::vec2> profile;
-        for (const Eigen::Vector2d& point : body.look.lathe) {
-            profile.emplace_back(static_cast<float>(point.x()), static_cast<float>(point.y()));
-        }
-        geometry.profile_of_body.back() = place_of(profile, geometry.profiles);
-    }
-    PartMeshes part_meshes(geometry);
-    for (const sim::BodyDef& body : scene.bodies) {
-        geometry.mesh_of_part.push_back(part_meshes.of_body(body.shape));
-    }
-    part_meshes.number_hulls();
-    geometry.group_count.assign(mesh_id::lathe_first, 1);
-    geometry.group_count[mesh_id::rod] = make_lathe_bands(rod_profile()).back().group + 1;
-    for (const std::vector<glm::vec2>& profile : geometry.profiles) {
-        geometry.group_count.push_back(make_lathe_bands(profile).back().group + 1);
-    }
-    for (const std::vector<HullFace>& hull : geometry.hulls) {
-        geometry.group_count.push_back(static_cast<std::uint32_t>(hull.size()));
-    }
-    const double scale = view_scale(camera);
-    geometry.occlusion_cell = occlusion_cell(scene, scale);
-    geometry.floor_extent = static_cast<float>(floor_extent_in_views * scale);
-    geometry.grid_spacing = static_cast<float>(std::pow(10.0, std::floor(std::log10(scale / 5.0))));
-    const auto floor = std::find_if(scene.bodies.begin(), scene.bodies.end(), [](const sim::BodyDef& body) {
-        return body.look.visible && std::holds_alternative<sim::Plane>(body.shape);
-    });
-    if (floor == scene.bodies.end()) {
-        geometry.light = make_light(scene.light, std::nullopt);
-    } else {
-        geometry.floor_color = to_glm(floor->look.color);
-        const Vec3 normal = floor->pose.orientation * Vec3::UnitZ();
-        geometry.floor_plane =
-            glm::vec4(to_glm(normal), static_cast<float>(normal.dot(floor->pose.position)));
-        geometry.light = make_light(scene.light, geometry.floor_color);
-    }
-    return geometry;
-}
 
 DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,
                         const sim::CameraDef& camera, const sim::Snapshot& snapshot,
@@ -578,9 +191,9 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
     const double scale = view_scale(camera);
     const auto extent = static_cast<double>(geometry.floor_extent);
 
-    PartCollector parts(geometry, view,
-                        viewport.height / (2.0 * std::tan(0.5 * glm::radians(view.fov_degrees))));
-    collect_parts(scene, snapshot, rod_radius_in_views * scale, parts);
+    const Parts parts = collect_parts(
+        scene, geometry, snapshot, view,
+        {rod_radius_in_views * scale, viewport.height / (2.0 * std::tan(0.5 * glm::radians(view.fov_degrees)))});
 
     DrawList list;
     list.floors = make_floors(scene, snapshot, view);
@@ -613,7 +226,7 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
     }
     add_faces(parts.boxes, geometry, list);
     fill_rounds(parts.rounds, geometry, list);
-    fill_mirrored(parts, list);
+    list.mirrored = find_mirrored(parts);
     return list;
 }
 

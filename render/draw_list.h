@@ -1,11 +1,11 @@
 #pragma once
 /// What is drawn of one snapshot: the seam between the scene (Eigen, double) and OpenGL (GLM, float).
-#include "render/camera.h"
 #include "render/draw_types.h"
 #include "render/floor_region.h"
-#include "render/mesh.h"
+#include "render/mirrored.h"
 #include "render/occlusion.h"
 #include "render/projection.h"
+#include "render/scene_geometry.h"
 #include "sim/scene_def.h"
 #include "sim/snapshot.h"
 
@@ -71,6 +71,7 @@ struct RoundBatch {
     sim::Pattern pattern = sim::Pattern::plain;
     int first = 0; ///< index into DrawList::rounds
     int count = 0;
+    bool is_polished = false; ///< one of them at least
 };
 
 /// Open share of the sky on a floor, around the bodies.
@@ -105,9 +106,7 @@ struct DrawList {
     std::vector<Floor> floors;
     std::vector<std::uint32_t> body_of_id{0}; ///< [id]: index of the body plus 1; 0: sky, or a joint's rod
     OcclusionVolume occlusion;
-    std::vector<Instance>
-        mirrored; ///< what polished bodies show: spheres, then boxes; empty if there is no such body
-    int mirrored_spheres = 0;
+    Mirrored mirrored;
 };
 
 /// Picture size and shadow map size, in pixels.
@@ -117,24 +116,7 @@ struct Viewport {
     int shadow_size = 0;
 };
 
-/// What of a scene is the same in all its pictures.
-struct SceneGeometry {
-    std::vector<std::vector<glm::vec2>> profiles; ///< lathe surfaces, each once: (radius, z) [m]
-    std::vector<int> profile_of_body;             ///< [body_count], -1: drawn as its shape
-    std::vector<std::vector<HullFace>> hulls;     ///< each once [m]
-    /// [body_count][parts] mesh of a cylinder, capsule or hull; -1: the part's kind has one for all.
-    std::vector<std::vector<int>> mesh_of_part;
-    std::vector<std::uint32_t> group_count; ///< [mesh_id] surface groups of a mesh, each with its own id
-    float occlusion_cell = 0.0f;            ///< [m] of the occlusion volume
-    LightBlock light;
-    float floor_extent = 0.0f;   ///< [m] a floor has faded into the sky at this distance from the eye
-    float grid_spacing = 1.0f;   ///< [m] of the fine lines; every tenth is a strong one
-    glm::vec4 floor_plane{0.0f}; ///< of the first floor: normal and its product with a point on it
-    glm::vec3 floor_color{0.0f}; ///< linear RGB
-};
-SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraDef& camera);
-
-/// camera: one of the scene's. Bodies whose pose is not finite are left out.
+/// What is drawn. camera: one of the scene's. Bodies whose pose is not finite are left out.
 DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,
                         const sim::CameraDef& camera, const sim::Snapshot& snapshot,
                         const Viewport& viewport);

@@ -21,6 +21,7 @@ namespace {
 constexpr std::array<int, mesh_id::sphere_count> sphere_rings{8, 16, 32, 64};
 constexpr int rod_sides = 16;
 constexpr int lathe_sides = 80;
+constexpr int mirrored_rays = 4; ///< a pixel
 /// Scales radiance before the tone curve: sunlit middle grey comes out at the middle of the display's range.
 constexpr float exposure = 0.42f;
 
@@ -70,8 +71,7 @@ constexpr int faces = 1;
 constexpr int boxes = 2;
 constexpr int sky_atlas = 3;
 constexpr int occlusion_floor = 4;
-constexpr int mirrored = 5;
-constexpr int occlusion_first = 6; ///< and one for each further level
+constexpr int occlusion_first = 5; ///< and one for each further level
 } // namespace unit
 
 void bind_texture(int texture_unit, GLenum target, const GlTexture& texture) {
@@ -156,6 +156,7 @@ struct Renderer::Impl {
 
     GlBuffer instances;
     GlBuffer frame_block;
+    GlBuffer mirrored_block;
     std::vector<GlMesh> meshes; // by mesh id
     ElementArray face_array;
     TriangleList far_sides; ///< of boxes, seen from the sun
@@ -164,7 +165,6 @@ struct Renderer::Impl {
     ElementArray sky_array;
     TexelTable faces;
     TexelTable boxes;
-    TexelTable mirrored;
     std::array<GlTexture, OcclusionVolume::level_count> occlusion;
     GlTexture occlusion_floor;
     GlTexture sky_atlas;
@@ -178,7 +178,7 @@ struct Renderer::Impl {
     Program floor_ring_program;
     Program sky_program;
     std::map<FaceKind, Program> face_programs;
-    std::map<std::pair<sim::Pattern, bool>, Program> round_programs; // by (pattern, shows what is around)
+    std::map<std::array<int, 3>, Program> round_programs; // by (pattern, mirrored spheres, mirrored boxes)
     RawPicture raw;
     DrawList last_list; ///< of the last picture
 
@@ -200,6 +200,7 @@ struct Renderer::Impl {
     void make_geometry() {
         instances = GlBuffer::create();
         frame_block = GlBuffer::create();
+        mirrored_block = GlBuffer::create();
         for (const int rings : sphere_rings) {
             meshes.push_back(upload_mesh(make_sphere_mesh(rings), instances));
         }
@@ -230,7 +231,6 @@ struct Renderer::Impl {
         sky_array = ElementArray(triangle, 3);
         faces = make_texel_table();
         boxes = make_texel_table();
-        mirrored = make_texel_table();
     }
 
     void make_targets() {
@@ -268,7 +268,6 @@ struct Renderer::Impl {
                      list.rounds.data(), GL_STREAM_DRAW);
         upload_texels(faces, list.faces.data(), list.faces.size() * sizeof(Face));
         upload_texels(boxes, list.boxes.data(), list.boxes.size() * sizeof(Instance));
-        upload_texels(mirrored, list.mirrored.data(), list.mirrored.size() * sizeof(Instance));
 
         FrameBlock block{};
         block.clip_from_world = list.camera.clip_from_world;
@@ -278,11 +277,15 @@ struct Renderer::Impl {
         glBindBuffer(GL_UNIFORM_BUFFER, frame_block.get());
         glBufferData(GL_UNIFORM_BUFFER, sizeof(block), &block, GL_STREAM_DRAW);
         glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame_block.get());
+        if (!list.mirrored.is_empty()) {
+            glBindBuffer(GL_UNIFORM_BUFFER, mirrored_block.get());
+            glBufferData(GL_UNIFORM_BUFFER, sizeof(MirroredBlock), &list.mirrored.block, GL_STREAM_DRAW);
+            glBindBufferBase(GL_UNIFORM_BUFFER, 1, mirrored_block.get());
+        }
 
         bind_texture(unit::shadow_map, GL_TEXTURE_2D, shadow_map);
         bind_texture(unit::faces, GL_TEXTURE_BUFFER, faces.texture);
         bind_texture(unit::boxes, GL_TEXTURE_BUFFER, boxes.texture);
-        bind_texture(unit::mirrored, GL_TEXTURE_BUFFER, mirrored.texture);
         bind_texture(unit::sky_atlas, GL_TEXTURE_2D, sky_atlas);
         glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, SkyAtlas::width, list.sky_atlas.height, 0, GL_RED, GL_FLOAT,
                      list.sky_atlas.open.data());
@@ -345,16 +348,18 @@ struct Renderer::Impl {
         return face_programs.emplace(kind, Program("face.vert", "face.frag", defines)).first->second;
     }
 
-    const Program& round_program(sim::Pattern pattern, bool is_mirror) {
-        const auto key = std::make_pair(pattern, is_mirror);
+    const Program& round_program(sim::Pattern pattern, const Mirrored& mirrored) {
+        const std::array<int, 3> key{static_cast<int>(pattern), mirrored.spheres, mirrored.boxes};
         const auto known = round_programs.find(key);
         if (known != round_programs.end()) {
             return known->second;
         }
-        const std::string defines = "#define METAL 1\n#define PATTERN " +
-                                    std::to_string(static_cast<int>(pattern)) + "\n#define MIRROR " +
-                                    (is_mirror ? "1" : "0") + "\n" + constants;
-        return round_programs.emplace(key, Program("round.vert", "round.frag", defines)).first->second;
+        const std::string defines =
+            fmt::format("#define METAL 1\n#define PATTERN {}\n#define MIRROR {}\n#define MIRRORED_SPHERES {}\n"
+                        "#define MIRRORED_BOXES {}\n",
+                        key[0], mirrored.is_empty() ? 0 : 1, key[1], key[2]);
+        return round_programs.emplace(key, Program("round.vert", "round.frag", defines + constants))
+            .first->second;
     }
 
     void draw_picture(const DrawList& list) {
@@ -373,14 +378,14 @@ struct Renderer::Impl {
             face_array.draw(batch.first, batch.count);
         }
         for (const RoundBatch& batch : list.round_batches) {
-            const Program& program = round_program(batch.pattern, !list.mirrored.empty());
+            const Program& program = round_program(batch.pattern, batch.is_polished ? list.mirrored : Mirrored{});
             program.use();
             program.set("shadow_map", unit::shadow_map);
             for (int k = 0; k < OcclusionVolume::level_count; ++k) {
                 program.set(("occlusion_" + std::to_string(k)).c_str(), unit::occlusion_first + k);
             }
             program.set("occlusion_corner", glm::vec4(list.occlusion.lower(), list.occlusion.cell()));
-            set_mirrored(program, list);
+            program.set("mirrored_rays", mirrored_rays);
             draw_rounds(batch);
         }
         for (const Floor& floor : list.floors) {
@@ -391,12 +396,6 @@ struct Renderer::Impl {
         sky_program.use();
         sky_array.draw(0, 1);
         glDepthMask(GL_TRUE);
-    }
-
-    static void set_mirrored(const Program& program, const DrawList& list) {
-        program.set("mirrored_parts", unit::mirrored);
-        program.set("mirrored_spheres", list.mirrored_spheres);
-        program.set("mirrored_count", static_cast<int>(list.mirrored.size()));
     }
 
     void draw_floor(const Floor& floor) {

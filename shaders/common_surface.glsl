@@ -61,7 +61,7 @@ vec3 shaded(Surface surface, vec3 v, float sunlit, float open) {
     REFLECTANCE fresnel = (f0 + (1.0 - f0) * (m2 * m2 * m)) * compensation;
 
 #if MIRROR
-    vec3 seen = seen_radiance(world_position, 2.0 * n_dot_v * n - v, roughness);
+    vec3 seen = seen_radiance(world_position, n, v, roughness);
 #else
     vec3 seen = mirrored_radiance(2.0 * n_dot_v * n.z - v.z, roughness);
 #endif

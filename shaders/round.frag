@@ -10,7 +10,6 @@ in vec3 shadow_place;
 in vec3 world_position;
 flat in mat4 shadow_from_world;
 flat in float shadow_offset;
-#include "common_turn.glsl"
 #include "common_mirror.glsl"
 #endif
 #include "common_surface.glsl"
