@@ -11,6 +11,7 @@ struct ContactMemory {
     double p_n = 0.0;           ///< [N s]
     Vec3 p_t = Vec3::Zero();    ///< [N s], world
     double interval = 0.0;      ///< time those impulses stood for [s]
+    double force_share = 1.0;   ///< [-] of them that was a force; the rest answered an impact
     double owed = 0.0;          ///< share [-] of them that the velocities before the next impulses still lack
     double last_interval = 0.0; ///< [s] moved since; 0: they lack nothing (new, or after an impact)
     bool is_sticking = false;

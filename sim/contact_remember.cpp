@@ -51,7 +51,7 @@ void ContactSolver::tell_forces(const Bodies& bodies) {
             RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
             const double p_n = loop_.points[static_cast<std::size_t>(k)].p_n;
             const double force = std::max(contact.load, weight);
-            contact.force_share = (is_hit || contact.load > 0.0) && p_n > largest_growth * force ? force / p_n : 1.0;
+            contact.force_share = (is_hit || contact.load > 0.0 || contact.restarts) && p_n > largest_growth * force ? force / p_n : 1.0;
         }
     }
 }
@@ -99,6 +99,7 @@ void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairCo
             pairs[static_cast<std::size_t>(contact.pair)].memory[static_cast<std::size_t>(contact.index)];
         const bool loaded = point.p_n > 0.0;
         memory.interval = impulse_interval(block.node_weight, h_);
+        memory.force_share = contact.force_share;
         memory.owed = contact.force_share * 0.5 * h_ / memory.interval;
         memory.last_interval = loaded && !contact.is_ahead ? h_ : 0.0;
         memory.approach_speed = 0.0;

@@ -53,12 +53,6 @@ constexpr int mark_rounds = 10;
 /// Linear solves of one step before it counts as not converged.
 constexpr int outer_limit = 12;
 
-/// Share [-] of an impulse remembered that was a force: only of that a part is owed.
-double force_part(const ContactMemory& memory) {
-    return memory.owed > 0.0 && memory.last_interval > 0.0 ? 2.0 * memory.owed * memory.interval / memory.last_interval
-                                                           : 1.0;
-}
-
 } // namespace
 
 void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs,
@@ -108,7 +102,8 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     apply_impulses(bodies, 0);
 }
 
-void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair) {
+void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair,
+                                 std::span<const Velocity> at_node) {
     const PairContacts& added = pairs[static_cast<std::size_t>(pair)];
     Taken taken;
     take(bodies, added, taken);
@@ -116,7 +111,22 @@ void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairCon
     const Place place{loop_.blocks.size(), loop_.points.size()};
     resize({place.block + block_count(taken.at), place.point + taken.at.size()});
     place_contacts(bodies, added, pair, place, taken);
+    find_late_impacts(added, place.block, at_node);
     apply_impulses(bodies, place.block);
+}
+
+void ContactSolver::find_late_impacts(const PairContacts& pair, std::size_t first_block, std::span<const Velocity> at_node) {
+    const double threshold = resting_threshold(settings_);
+    for (std::size_t block = first_block; block < loop_.blocks.size(); ++block) {
+        const Vec6 twist = relative_twist(loop_.blocks[block], at_node);
+        for (int k = loop_.blocks[block].first; k < loop_.blocks[block].first + loop_.blocks[block].count; ++k) {
+            RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
+            const bool is_new = pair.memory[static_cast<std::size_t>(contact.index)].last_interval == 0.0;
+            if (is_new && -normal_velocity(loop_.points[static_cast<std::size_t>(k)], twist) > threshold) {
+                contact.is_ahead = contact.would_close = true;
+            }
+        }
+    }
 }
 
 /// Blocks and points that take() will hold of a pair. taken: memory.
@@ -228,7 +238,8 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         }
         const double stretch = memory.p_n > 0.0 ? interval / memory.interval : 0.0;
         const double scale = stretch <= largest_stretch ? stretch : 0.0;
-        resting.load = stretch * force_part(memory) * memory.p_n;
+        resting.load = scale * memory.force_share * memory.p_n;
+        resting.restarts = memory.p_n > 0.0 && memory.last_interval == 0.0;
         if (settings_.warm_start && memory.p_n > 0.0) {
             point.p_n = scale * memory.p_n;
             point.p_t = scale * Vec2(memory.p_t.dot(block.frame.col(0)), memory.p_t.dot(block.frame.col(1)));

@@ -47,6 +47,7 @@ struct RestingContact {
     double approach_speed = 0.0; ///< [m/s] it would touch with, without impulses
     double u_n_before = 0.0;     ///< [m/s] normal velocity before any impulse
     double load = 0.0;           ///< [N s] that the force of the last step would give in this interval
+    bool restarts = false;       ///< an impact at t0 ended the force of the last step
     double force_share = 1.0;    ///< [-] of its impulse that is a force; the rest answers an impact held ahead
 };
 
@@ -68,8 +69,10 @@ public:
     void prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                  std::span<const JointMemory> joint_memory, const StepSettings& settings, double h);
 
-    /// Adds the contacts of pair `pair`.
-    void add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair);
+    /// Adds the contacts of pair `pair`. at_node [body_count]: velocities at t0, after its collisions; a contact that approaches
+    /// faster than the resting threshold even so was not there to collide, and counts as placed before its impact.
+    void add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair,
+                      std::span<const Velocity> at_node);
 
     /// Takes the contacts of pair `pair` and their impulses out of the solve: other features face each other.
     void drop_contacts(const Bodies& bodies, int pair);
@@ -110,6 +113,7 @@ private:
                         const Taken& taken);
     void apply_impulses(const Bodies& bodies, std::size_t first);
     void start_block(const Bodies& bodies, const PairContacts& pair, ContactBlock& block);
+    void find_late_impacts(const PairContacts& pair, std::size_t first_block, std::span<const Velocity> at_node);
     double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     void tell_forces(const Bodies& bodies);
     void remember_block(const ContactBlock& block, std::vector<PairContacts>& pairs) const;

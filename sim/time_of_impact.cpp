@@ -57,6 +57,15 @@ bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& co
            contact.at.gap > std::max(touch_gap(settings), approach * shortest_interval(settings));
 }
 
+double impact_gap(const Contact& contact, const PairPoses& from, const PairPoses& to, double touch) {
+    if (contact.at.gap <= touch || contact_geometry(contact.feature, from.a, from.b).gap > touch) {
+        return contact_geometry(contact.feature, to.a, to.b).gap;
+    }
+    const Vec3 point_a = to.a * (from.a.orientation.conjugate() * (contact.at.a - from.a.position));
+    const Vec3 point_b = to.b * (from.b.orientation.conjugate() * (contact.at.b - from.b.position));
+    return contact.at.n.dot(point_a - point_b);
+}
+
 std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Velocity> velocity,
                                      std::span<const PairContacts> pairs, const StepSettings& settings,
                                      double h) {
@@ -68,11 +77,10 @@ std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Veloc
         for (std::size_t c = 0; c < pair.manifold.contacts.size(); ++c) {
             const Contact& contact = pair.manifold.contacts[c];
             const auto gap_at = [&](double t) {
-                return contact_geometry(
-                           contact.feature,
-                           free_motion(bodies.props[a], bodies.pose[a], velocity[a], settings.gravity, t),
-                           free_motion(bodies.props[b], bodies.pose[b], velocity[b], settings.gravity, t))
-                    .gap;
+                return impact_gap(contact, {bodies.pose[a], bodies.pose[b]},
+                                  {free_motion(bodies.props[a], bodies.pose[a], velocity[a], settings.gravity, t),
+                                   free_motion(bodies.props[b], bodies.pose[b], velocity[b], settings.gravity, t)},
+                                  touch_gap(settings));
             };
             if (!is_impact(bodies, pair.manifold, contact, settings)) {
                 continue;

@@ -161,21 +161,21 @@ void WorldState::check_mass_ratios(const char* stage) const {
 /// body in a collision keeps that velocity, and its motion restarts there.
 void WorldState::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
-    std::vector<Velocity> velocity = bodies.velocity;
+    at_node = bodies.velocity;
     joint_rows.prepare(bodies, joints);
-    joint_rows.pay(joint_memory, {}, velocity);
-    pay_contacts(bodies, pairs, {}, velocity);
-    const std::vector<Velocity> before = velocity;
+    joint_rows.pay(joint_memory, {}, at_node);
+    pay_contacts(bodies, pairs, {}, at_node);
+    const std::vector<Velocity> before = at_node;
     std::vector<char> touched;
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
     const CollisionReport result =
-        collision_solver.resolve(bodies, pairs, joints, settings, velocity, touched);
+        collision_solver.resolve(bodies, pairs, joints, settings, at_node, touched);
     if (result.collisions > 0) {
         joint_rows.pay(joint_memory, touched, bodies.velocity);
         pay_contacts(bodies, pairs, touched, bodies.velocity);
-        for (std::size_t i = 0; i < velocity.size(); ++i) {
-            bodies.velocity[i].v += velocity[i].v - before[i].v;
-            bodies.velocity[i].w += velocity[i].w - before[i].w;
+        for (std::size_t i = 0; i < at_node.size(); ++i) {
+            bodies.velocity[i].v += at_node[i].v - before[i].v;
+            bodies.velocity[i].w += at_node[i].w - before[i].w;
         }
         restart(touched);
     }
@@ -320,7 +320,7 @@ bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
     for (int correction = 0; correction < impact_corrections; ++correction) {
         const bool good = plan_interval(report);
         const std::span<const Pose> planned = contact_solver.predicted();
-        const double gap = contact_geometry(contact.feature, planned[a], planned[b]).gap;
+        const double gap = impact_gap(contact, {bodies.pose[a], bodies.pose[b]}, {planned[a], planned[b]}, touch_gap(settings));
         const double approach = (contact.at.gap - gap) / interval;
         if (std::abs(gap) <= 0.5 * touch_gap(settings) || approach <= 0.0) {
             return good;
@@ -334,6 +334,7 @@ bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
 bool WorldState::plan_interval(StepReport& report) {
     StepSettings used = settings;
     used.impacts = stops_at_impacts() ? ImpactHandling::stop : ImpactHandling::ahead;
+    put_back_replaced();
     contact_solver.prepare(bodies, pairs, joints, joint_memory, used, interval);
     check_all = true;
     bool good = false;

@@ -207,6 +207,7 @@ void WorldState::find_contacts(StepReport& report) {
     std::erase_if(found, [](const PairContacts& pair) { return pair.manifold.contacts.empty(); });
     pairs = std::move(found);
     sorted_pairs = pairs.size();
+    replaced.clear();
     report.pairs = static_cast<int>(candidates.size());
     report.manifolds = static_cast<int>(pairs.size());
 }
@@ -347,7 +348,7 @@ int WorldState::repair() {
     }
     for (PairContacts& pair : added) {
         pairs.push_back(std::move(pair));
-        contact_solver.add_contacts(bodies, pairs, static_cast<int>(pairs.size()) - 1);
+        contact_solver.add_contacts(bodies, pairs, static_cast<int>(pairs.size()) - 1, at_node);
     }
     return repaired;
 }
@@ -380,16 +381,29 @@ std::optional<double> WorldState::overlap_time() const {
     return earliest;
 }
 
+/// Undoes all repair: contacts found at the end of one interval tell nothing about a shorter one, within which the bodies
+/// need not get there.
+void WorldState::put_back_replaced() {
+    for (auto& [index, pair] : replaced) {
+        pairs[index] = std::move(pair);
+    }
+    replaced.clear();
+    pairs.resize(sorted_pairs);
+}
+
 /// Takes the contacts of a pair out of the solve and puts others in their place.
 void WorldState::replace_contacts(std::size_t index, const std::vector<Contact>& contacts) {
     if (contacts.empty()) {
         return;
     }
     PairContacts& pair = pairs[index];
+    if (index < sorted_pairs && std::ranges::find(replaced, index, &decltype(replaced)::value_type::first) == replaced.end()) {
+        replaced.emplace_back(index, pair);
+    }
     contact_solver.drop_contacts(bodies, static_cast<int>(index));
     pair.manifold.contacts = contacts;
     match_memory(pair, reach_of({pair.manifold.body_a, pair.manifold.body_b}));
-    contact_solver.add_contacts(bodies, pairs, static_cast<int>(index));
+    contact_solver.add_contacts(bodies, pairs, static_cast<int>(index), at_node);
 }
 
 } // namespace sim

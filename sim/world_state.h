@@ -12,6 +12,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace sim {
 
@@ -47,6 +48,7 @@ struct WorldState {
     bool are_boxes(const BodyPair& pair) const;
     void check_pairs();
     void replace_contacts(std::size_t index, const std::vector<Contact>& contacts);
+    void put_back_replaced();
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);
     void restart(std::span<const char> touched);
@@ -90,6 +92,7 @@ struct WorldState {
     bool stopped_at_impact = false;       ///< the interval planned ends at one
 
     Bodies bodies;
+    std::vector<Velocity> at_node; ///< [body_count] velocities at the instant, after its collisions
     std::vector<Joint> joints;
     std::vector<BodyPair> jointed; ///< ascending: pairs that do not collide
     std::vector<JointMemory> joint_memory;
@@ -102,6 +105,7 @@ struct WorldState {
     std::vector<BodyPair> candidates;
     std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
     std::size_t sorted_pairs = 0;    ///< length of the ascending part
+    std::vector<std::pair<std::size_t, PairContacts>> replaced; ///< by repair: index into pairs, and what was found there
     Workers workers;                 ///< for what is done pair by pair
     ContactSolver contact_solver;
     CollisionSolver collision_solver;

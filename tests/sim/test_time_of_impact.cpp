@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -122,4 +123,36 @@ TEST(time_of_impact, the_earliest_of_several_pairs_is_found) {
     ASSERT_TRUE(impact);
     EXPECT_EQ(impact->pair, 1u);
     EXPECT_NEAR(impact->time, 0.25, time_rounding);
+}
+
+/// A cylinder whose near rim stands on a plane falls flat: the rim's lowest point is closed from the start, so its far side
+/// is followed by the material point that comes down.
+TEST(time_of_impact, far_side_of_a_rim_that_touches_is_followed_by_its_points) {
+    const double tilt = 1e-3;
+    const Cylinder cylinder{0.5, 0.25};
+    const auto pose_at = [&](double angle) {
+        const Quat turn(Eigen::AngleAxisd(angle, Vec3::UnitY()));
+        // Turns about the rim's point at x = 0.5 on the floor.
+        return Pose{Vec3(0.5, 0, 0) + turn * Vec3(-0.5, 0, 0.25), turn};
+    };
+    const Pose floor;
+    const Pose standing = pose_at(tilt);
+    const Pose past_flat = pose_at(-tilt);
+    std::vector<Contact> contacts;
+    find_contacts(cylinder, past_flat, Plane{}, floor, 0.0, contacts);
+    const auto rim = std::ranges::find_if(contacts, [](const Contact& c) { return c.feature.rim_radius > 0.0; });
+    ASSERT_NE(rim, contacts.end());
+    // As repair() hands it over: the points found at the end, where they were at the start.
+    Contact far = *rim;
+    const auto at_start = [&](const Vec3& p) {
+        return Vec3(standing.position + standing.orientation * (past_flat.orientation.conjugate() * (p - past_flat.position)));
+    };
+    far.at.a = at_start(rim->at.a);
+    far.at.gap = far.at.n.dot(far.at.a - far.at.b);
+    ASSERT_GT(far.at.gap, 0.5 * tilt);
+    ASSERT_LE(contact_geometry(far.feature, standing, floor).gap, 1e-12);
+    const auto gap_at = [&](const Pose& pose) { return impact_gap(far, {standing, floor}, {pose, floor}, 1e-10); };
+    EXPECT_NEAR(gap_at(standing), far.at.gap, 1e-12);
+    EXPECT_NEAR(gap_at(pose_at(0.0)), 0.0, 1e-6);
+    EXPECT_LT(gap_at(past_flat), -0.5 * tilt);
 }
