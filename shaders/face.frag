@@ -28,20 +28,20 @@ layout(location = 1) out uint part;
 #if PATTERN == 1
 float pattern_share() {
     float x = body_position.x * 8.0;
-    return square_wave(x, fwidth(x));
+    return square_wave(x, pixel_width(x));
 }
 #elif PATTERN == 2
 float pattern_share() {
     // The small offset keeps faces off the wave's edges.
     vec3 c = body_position * 4.0 + 1e-4;
-    vec3 w = fwidth(c);
+    vec3 w = pixel_width(c);
     return either(either(square_wave(c.x, w.x), square_wave(c.y, w.y)), square_wave(c.z, w.z));
 }
 #elif PATTERN == 3
 float pattern_share() {
     // Lines across the axis that a face is perpendicular to would fill it: only two of the three count.
     vec3 c = body_position;
-    vec3 w = fwidth(c);
+    vec3 w = pixel_width(c);
     vec2 xy = line_share(c.xy, max(w.xy, 1e-5), 0.03) * step(1e-4, w.xy);
     float z = line_share(c.zz, max(w.zz, 1e-5), 0.03).x * step(1e-4, w.z);
     return joined(joined(xy.x, xy.y), z);

@@ -1,5 +1,6 @@
 // Floor with a metric grid in a pool of light; fades into the sky with distance. SHADOWED: 1 in the inner part.
 #include "common_light.glsl"
+#include "common_pattern.glsl"
 #include "common_shadow.glsl"
 
 in vec2 floor_position;
@@ -29,7 +30,7 @@ vec2 near_line_share(vec2 x, vec2 w, vec2 inverse_w, float width) {
 
 void main() {
     vec2 x = floor_position / grid_spacing + grid_shift;
-    vec2 w = max(fwidth(x), 1e-6);
+    vec2 w = max(pixel_width(x), 1e-6);
     vec2 inverse_w = 1.0 / w;
     vec2 fine = near_line_share(x, w, inverse_w, 0.02);
     vec2 strong = near_line_share(x * 0.1, w * 0.1, inverse_w * 10.0, 0.004);

@@ -32,16 +32,16 @@ float pattern_share() {
     const float sectors_per_radian = 4.0 / 3.14159265;
     float angle = atan(body_position.y, body_position.x) * sectors_per_radian;
     float mirrored = atan(body_position.y, -body_position.x) * sectors_per_radian;
-    float w = min(fwidth(angle), fwidth(mirrored));
+    float w = min(pixel_width(angle), pixel_width(mirrored));
     float height = body_position.z / max(length(body_position), 1e-9);
 #if PATTERN == 1
     return square_wave(angle, w);
 #elif PATTERN == 2
     float z = (height + 1.0) * 2.0;
-    return either(square_wave(angle, w), square_wave(z, fwidth(z)));
+    return either(square_wave(angle, w), square_wave(z, pixel_width(z)));
 #else
     vec2 x = vec2(angle, height * 4.0);
-    vec2 share = line_share(x, max(vec2(w, fwidth(x.y)), 1e-5), 0.08);
+    vec2 share = line_share(x, max(vec2(w, pixel_width(x.y)), 1e-5), 0.08);
     return joined(share.x, share.y);
 #endif
 #endif

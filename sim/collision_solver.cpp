@@ -77,6 +77,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     const double reach = std::max(touch_gap(settings), simultaneous_gap);
     const double shortest = settings.impacts == ImpactHandling::stop ? shortest_interval(settings) : 0.0;
     loop_.clear();
+    sources_.clear();
     energy_owed_ = 0.0;
     quiet_.resize(pairs.size());
     ends_.resize(pairs.size());
@@ -117,6 +118,9 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             }
             if (pass == 0) {
                 energy_owed_ += pair.memory[i].energy_taken;
+            }
+            if (impacts != nullptr) {
+                sources_.emplace_back(k, i);
             }
             geometry_.push_back(at);
             targets_.push_back(restitution_in_pass(pair.material.restitution, pass) * approach);
@@ -174,6 +178,9 @@ double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velo
     if (elastic <= start * (1.0 + energy_rounding)) {
         return 0.0;
     }
+    if (impacts != nullptr) {
+        elastic_ = loop_.points;
+    }
     for (ContactPoint& point : loop_.points) {
         point.u_n_target = 0.0;
         point.p_n = 0.0;
@@ -195,7 +202,34 @@ double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velo
         s = slope + root > 0.0 ? std::clamp(2.0 * missing / (slope + root), 0.0, 1.0) : 0.0;
     }
     blend(plastic, std::vector<Velocity>(velocity), s, velocity);
+    for (std::size_t i = 0; impacts != nullptr && i < elastic_.size(); ++i) {
+        ContactPoint& point = loop_.points[i];
+        point.p_n += s * (elastic_[i].p_n - point.p_n);
+        point.p_t += s * (elastic_[i].p_t - point.p_t);
+    }
     return elastic - start;
+}
+
+/// Impulses of the pass, with those that held a contact ahead of its impact in the last step.
+void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pass) {
+    for (const ContactBlock& block : loop_.blocks) {
+        for (int k = block.first; k < block.first + block.count; ++k) {
+            const auto [pair, contact] = sources_[static_cast<std::size_t>(k)];
+            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
+            const ContactGeometry& at = pairs[pair].manifold.contacts[contact].at;
+            const ContactMemory& memory = pairs[pair].memory[contact];
+            Vec3 impulse = block.frame * Vec3(point.p_t.x(), point.p_t.y(), point.p_n);
+            if (pass == 0 && memory.approach_speed > 0.0) {
+                impulse += memory.p_n * at.n + memory.p_t;
+            }
+            const Vec3 middle = 0.5 * (at.a + at.b);
+            impacts->push_back({{block.a, block.b},
+                                middle.cast<float>(),
+                                at.n.cast<float>(),
+                                impulse.cast<float>(),
+                                block.is_sticking});
+        }
+    }
 }
 
 CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
@@ -220,6 +254,9 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         bool converged = true;
         report.iterations += iterate(bodies, velocity, settings, converged);
         report.energy_removed += keep_energy(bodies, before, velocity, settings);
+        if (impacts != nullptr) {
+            report_impacts(pairs, report.passes);
+        }
         report.converged = converged;
         report.collisions += static_cast<int>(loop_.points.size());
         ++report.passes;

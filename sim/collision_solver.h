@@ -1,6 +1,7 @@
 #pragma once
 /// Collisions at velocity level (Bender & Schmitt 2006, sec. 3.1): velocities change, no time passes.
 #include "sim/contact_solver.h"
+#include "sim/snapshot.h"
 
 namespace sim {
 
@@ -29,6 +30,9 @@ public:
     /// to at once are one impact with it, whatever the order in which rounding makes them touch.
     double simultaneous_gap = 0.0;
 
+    /// Where the impulses of collisions are added, pass by pass; null: nowhere.
+    std::vector<ContactSnapshot>* impacts = nullptr;
+
     /// velocity: those of the instant [body_count]; changed in place. touched [body_count] is set to 1 for
     /// each body whose velocity may have changed.
     CollisionReport resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
@@ -40,6 +44,7 @@ private:
                  std::span<const Velocity> velocity, int pass);
     int iterate(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
                 bool& converged);
+    void report_impacts(std::span<const PairContacts> pairs, int pass);
     double keep_energy(const Bodies& bodies, const std::vector<Velocity>& before,
                        std::vector<Velocity>& velocity, const StepSettings& settings);
 
@@ -47,6 +52,8 @@ private:
     TogetherSweeps together_; ///< over few blocks
     std::vector<ContactGeometry> geometry_; ///< of one pair
     std::vector<double> targets_;           ///< of one pair [m/s]
+    std::vector<std::pair<std::size_t, std::size_t>> sources_; ///< [points] pair and contact, where impacts are asked for
+    std::vector<ContactPoint> elastic_; ///< [points] before energy was taken away, the same
     std::vector<char> changed_;             ///< [body_count] by the pass before
     std::vector<char> quiet_;               ///< [pairs] in this pass
     std::vector<std::pair<int, int>> ends_; ///< [pairs] bodies a and b

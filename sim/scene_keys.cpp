@@ -399,7 +399,8 @@ std::vector<SectionSpec> overlay_sections() {
          {
              {"show", words, "", "[]",
               "what is drawn: the scene's `title`; `time`, number of loaded `contacts` and `energy` as text; "
-              "contact `points` (sticking and sliding in two colours), `normals` and `impulses`; `trails` of "
+              "contact `points` (sticking and sliding in two colours), `normals`, and `impulses` as arrows, of contacts "
+              "in a step and of impacts since the frame before, each at a scale of its own; `trails` of "
               "centres of mass; `contact_paths`, where bodies were touched, on them and in the world; the `plots`",
               any, "title time contacts energy points normals impulses trails contact_paths plots"},
              {"color_by", choice, "", "\"look\"",
@@ -407,8 +408,8 @@ std::vector<SectionSpec> overlay_sections() {
               "`contacts`, sum of normal `impulse`s in one step [N s]: moving bodies on a scale, with a legend",
               any, "look material body speed contacts impulse"},
              {"color_range", interval, "", none, "of that scale; left out: chosen from the scene", any, ""},
-             {"arrow_scale", number, "m/(N s)", none, "length of an impulse's arrow; left out: chosen from "
-              "the scene", positive, ""},
+             {"arrow_scale", number, "m/(N s)", none, "length of the arrow of a contact's impulse; left out: chosen "
+              "from the scene", positive, ""},
              {"trail_time", number, "s", none, "how far back trails reach; left out: to the start", positive,
               ""},
              {"bodies", texts, "", none, "names of the bodies with trails and contact paths; left out: all "

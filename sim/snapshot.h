@@ -18,13 +18,13 @@ struct BodySnapshot {
     Vec3 angular_velocity = Vec3::Zero();    ///< [rad/s], world frame
 };
 
-/// A contact that carries a load, and its impulses over the step that begins at the instant. Impacts are not
-/// among them: they act at an instant within a step.
+/// A contact that carries a load, and its impulses over the step that begins at the instant; or an impact: what acts
+/// on a contact at one instant.
 struct ContactSnapshot {
     std::array<std::int32_t, 2> bodies{-1, -1};            ///< a, b: indices into SceneDef::bodies
     Eigen::Vector3f point = Eigen::Vector3f::Zero();       ///< [m]
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();      ///< unit, from b to a
-    Eigen::Vector3f impulse = Eigen::Vector3f::Zero();     ///< on a, normal and friction, of one time step [N s]
+    Eigen::Vector3f impulse = Eigen::Vector3f::Zero();     ///< on a, normal and friction, of one step or impact [N s]
     bool is_sticking = false;
 };
 
@@ -35,6 +35,7 @@ struct Snapshot {
     std::vector<BodySnapshot> bodies;        ///< [body_count], order of SceneDef::bodies
     std::int64_t contact_count = 0;          ///< those that carry a load; 0 unless asked for
     std::vector<ContactSnapshot> contacts;   ///< empty unless asked for
+    std::vector<ContactSnapshot> impacts;    ///< since the snapshot before; empty unless asked for
 };
 
 /// Mechanical quantities of all dynamic bodies.

@@ -10,6 +10,7 @@
 ///   /contact/bodies [c,2] int32, indices a, b    /contact/sticking [c,1] int8
 ///   /contact/point [c,3] [m]    /contact/normal [c,3], b to a    /contact/impulse [c,3] [N s] on a, of one step
 ///     float32, record after record: those of record k follow the sum of the counts before it
+///   /impact_count, /impact/...: the same of the impacts since the record before
 ///   attributes of /: scene_name, scene_text, overrides [n], program_version
 ///
 /// All data carry checksums (Fletcher 32), and no time of writing: the same run gives the same bytes.

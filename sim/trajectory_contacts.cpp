@@ -11,7 +11,12 @@ constexpr std::size_t bodies_table = 0;
 constexpr std::size_t sticking_table = 1;
 constexpr std::size_t first_vector_table = 2;
 
-constexpr ContactLayout counts_layout{"contact_count", 1, "1"};
+/// In no group of its own: its name begins with that of the group.
+constexpr ContactLayout counts_layout{"_count", 1, "1"};
+
+std::string path_of(const std::string& group, const ContactLayout& layout) {
+    return std::string_view(layout.name) == counts_layout.name ? group + layout.name : group + "/" + layout.name;
+}
 
 /// Rows in a chunk.
 constexpr hsize_t chunk_rows = 1024;
@@ -41,15 +46,15 @@ Handle memory_space(const Checker& checker, hsize_t count, hsize_t columns) {
 
 // --- writing ---------------------------------------------------------------------------------------------
 
-ContactWriter::ContactWriter(const Checker& checker, hid_t file, ContactDetail detail)
-    : checker_(checker), counts_(create(counts_layout, H5T_STD_I64LE, file)) {
+ContactWriter::ContactWriter(const Checker& checker, hid_t file, const std::string& group_name, ContactDetail detail)
+    : checker_(checker), group_(group_name), counts_(create(counts_layout, H5T_STD_I64LE, file)) {
     if (detail != ContactDetail::all) {
         return;
     }
     const Handle settings = checker_.check(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
     checker_.check(H5Pset_obj_track_times(settings.get(), false));
     const Handle group =
-        checker_.check(H5Gcreate2(file, "contact", H5P_DEFAULT, settings.get(), H5P_DEFAULT), H5Gclose);
+        checker_.check(H5Gcreate2(file, group_.c_str(), H5P_DEFAULT, settings.get(), H5P_DEFAULT), H5Gclose);
     tables_.push_back(create(contact_bodies_layout, H5T_STD_I32LE, file));
     tables_.push_back(create(contact_sticking_layout, H5T_STD_I8LE, file));
     for (const ContactLayout& layout : contact_layouts) {
@@ -63,7 +68,7 @@ ContactWriter::Table ContactWriter::create(const ContactLayout& layout, hid_t fi
     const std::array<hsize_t, 2> chunk{chunk_rows, layout.columns};
     const Handle space = checker_.check(H5Screate_simple(2, size.data(), limit.data()), H5Sclose);
     const Handle settings = dataset_settings(checker_, 2, chunk.data());
-    Table table{checker_.check(H5Dcreate2(file, layout.name, file_type, space.get(), H5P_DEFAULT,
+    Table table{checker_.check(H5Dcreate2(file, path_of(group_, layout).c_str(), file_type, space.get(), H5P_DEFAULT,
                                           settings.get(), H5P_DEFAULT),
                                H5Dclose),
                 layout.columns};
@@ -83,12 +88,11 @@ void ContactWriter::append_rows(const Table& table, hid_t memory_type, hsize_t f
     checker_.check(H5Dwrite(table.dataset.get(), memory_type, memory.get(), rows.get(), H5P_DEFAULT, data));
 }
 
-void ContactWriter::append(const Snapshot& snapshot) {
-    append_rows(counts_, H5T_NATIVE_INT64, records_++, 1, &snapshot.contact_count);
+void ContactWriter::append(std::int64_t contact_count, std::span<const ContactSnapshot> contacts) {
+    append_rows(counts_, H5T_NATIVE_INT64, records_++, 1, &contact_count);
     if (tables_.empty()) {
         return;
     }
-    std::vector<ContactSnapshot> contacts = snapshot.contacts;
     const hsize_t count = contacts.size();
     std::vector<std::int32_t> bodies;
     std::vector<std::int8_t> sticking;
@@ -100,7 +104,7 @@ void ContactWriter::append(const Snapshot& snapshot) {
     append_rows(tables_[sticking_table], H5T_NATIVE_INT8, contacts_, count, sticking.data());
     for (std::size_t i = 0; i < contact_layouts.size(); ++i) {
         std::vector<float> numbers;
-        for (ContactSnapshot& contact : contacts) {
+        for (ContactSnapshot contact : contacts) {
             const Eigen::Vector3f& v = vector_of(contact, i);
             numbers.insert(numbers.end(), {v.x(), v.y(), v.z()});
         }
@@ -118,9 +122,10 @@ void ContactWriter::close() {
 
 // --- reading ---------------------------------------------------------------------------------------------
 
-ContactReader::ContactReader(const Checker& checker, hid_t file, std::size_t records)
-    : checker_(checker), first_(records + 1, 0) {
-    if (H5Lexists(file, counts_layout.name, H5P_DEFAULT) <= 0) {
+ContactReader::ContactReader(const Checker& checker, hid_t file, const std::string& group, std::size_t records)
+    : checker_(checker), group_(group), first_(records + 1, 0) {
+    const std::string counts_path = path_of(group_, counts_layout);
+    if (H5Lexists(file, counts_path.c_str(), H5P_DEFAULT) <= 0) {
         return;
     }
     const Handle counts = open(counts_layout, file, records, H5T_INTEGER);
@@ -128,12 +133,12 @@ ContactReader::ContactReader(const Checker& checker, hid_t file, std::size_t rec
     checker_.check(H5Dread(counts.get(), H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()));
     for (std::size_t i = 0; i < records; ++i) {
         if (numbers[i] < 0 || numbers[i] > std::numeric_limits<std::int32_t>::max()) {
-            checker_.fail("/contact_count is out of range");
+            checker_.fail("/" + counts_path + " is out of range");
         }
         first_[i + 1] = first_[i] + numbers[i];
     }
     detail_ = ContactDetail::count;
-    if (H5Lexists(file, "contact", H5P_DEFAULT) <= 0) {
+    if (H5Lexists(file, group_.c_str(), H5P_DEFAULT) <= 0) {
         return;
     }
     const auto rows = static_cast<hsize_t>(first_.back());
@@ -146,8 +151,8 @@ ContactReader::ContactReader(const Checker& checker, hid_t file, std::size_t rec
 }
 
 Handle ContactReader::open(const ContactLayout& layout, hid_t file, hsize_t rows, H5T_class_t type) const {
-    const std::string name = layout.name;
-    Handle dataset(H5Dopen2(file, layout.name, H5P_DEFAULT), H5Dclose);
+    const std::string name = path_of(group_, layout);
+    Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
     if (!dataset.is_valid()) {
         checker_.fail("no readable dataset /" + name);
     }
@@ -174,33 +179,33 @@ void ContactReader::read_rows(const Handle& dataset, hid_t memory_type, hsize_t 
     checker_.check(H5Dread(dataset.get(), memory_type, memory.get(), rows.get(), H5P_DEFAULT, data));
 }
 
-void ContactReader::read(std::size_t record, Snapshot& snapshot) const {
-    snapshot.contact_count = first_[record + 1] - first_[record];
-    const auto count = static_cast<std::size_t>(snapshot.contact_count);
-    if (tables_.empty() || count == 0) {
-        return;
+std::vector<ContactSnapshot> ContactReader::read(std::size_t record, std::size_t body_count) const {
+    const auto size = static_cast<std::size_t>(count(record));
+    if (tables_.empty() || size == 0) {
+        return {};
     }
-    snapshot.contacts.resize(count);
-    std::vector<std::int32_t> bodies(2 * count);
-    std::vector<std::int8_t> sticking(count);
-    std::vector<float> numbers(3 * count);
+    std::vector<ContactSnapshot> contacts(size);
+    std::vector<std::int32_t> bodies(2 * size);
+    std::vector<std::int8_t> sticking(size);
+    std::vector<float> numbers(3 * size);
     read_rows(tables_[bodies_table], H5T_NATIVE_INT32, 2, record, bodies.data());
     read_rows(tables_[sticking_table], H5T_NATIVE_INT8, 1, record, sticking.data());
-    for (std::size_t i = 0; i < count; ++i) {
-        snapshot.contacts[i].bodies = {bodies[2 * i], bodies[2 * i + 1]};
-        snapshot.contacts[i].is_sticking = sticking[i] != 0;
-        for (const std::int32_t body : snapshot.contacts[i].bodies) {
-            if (body < 0 || static_cast<std::size_t>(body) >= snapshot.bodies.size()) {
-                checker_.fail("/contact/bodies is out of range");
+    for (std::size_t i = 0; i < size; ++i) {
+        contacts[i].bodies = {bodies[2 * i], bodies[2 * i + 1]};
+        contacts[i].is_sticking = sticking[i] != 0;
+        for (const std::int32_t body : contacts[i].bodies) {
+            if (body < 0 || static_cast<std::size_t>(body) >= body_count) {
+                checker_.fail("/" + path_of(group_, contact_bodies_layout) + " is out of range");
             }
         }
     }
     for (std::size_t k = 0; k < contact_layouts.size(); ++k) {
         read_rows(tables_[first_vector_table + k], H5T_NATIVE_FLOAT, 3, record, numbers.data());
-        for (std::size_t i = 0; i < count; ++i) {
-            vector_of(snapshot.contacts[i], k) = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+        for (std::size_t i = 0; i < size; ++i) {
+            vector_of(contacts[i], k) = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
         }
     }
+    return contacts;
 }
 
 } // namespace sim::hdf5

@@ -114,17 +114,17 @@ inline constexpr std::array<RecordLayout, 5> record_layouts{{{"time", 0, "s"},
                                                              {"angular_velocity", 3, "rad/s"}}};
 inline constexpr RecordLayout step_layout{"step", 0, "1"};
 
-/// The contacts of all records, one after the other.
+/// The contacts of all records, one after the other; names within their group.
 struct ContactLayout {
     const char* name;
     hsize_t columns;
     const char* unit;
 };
 enum ContactIndex { contact_point, contact_normal, contact_impulse };
-inline constexpr ContactLayout contact_bodies_layout{"contact/bodies", 2, "1"};
-inline constexpr ContactLayout contact_sticking_layout{"contact/sticking", 1, "1"};
+inline constexpr ContactLayout contact_bodies_layout{"bodies", 2, "1"};
+inline constexpr ContactLayout contact_sticking_layout{"sticking", 1, "1"};
 inline constexpr std::array<ContactLayout, 3> contact_layouts{
-    {{"contact/point", 3, "m"}, {"contact/normal", 3, "1"}, {"contact/impulse", 3, "N s"}}};
+    {{"point", 3, "m"}, {"normal", 3, "1"}, {"impulse", 3, "N s"}}};
 
 /// Settings of a dataset in chunks, each with a checksum, and without the time of writing.
 inline Handle dataset_settings(const Checker& checker, int rank, const hsize_t* chunk) {

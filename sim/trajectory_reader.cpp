@@ -16,6 +16,7 @@ struct TrajectoryReader::Impl {
     TrajectoryInfo info;
     std::vector<std::int64_t> steps;
     std::optional<ContactReader> contacts;
+    std::optional<ContactReader> impacts;
 
     explicit Impl(const std::filesystem::path& path)
         : checker{path, "cannot read", "not a whole trajectory: "} {}
@@ -189,7 +190,8 @@ TrajectoryReader::TrajectoryReader(const std::filesystem::path& path) : impl_(st
     impl_->read_description();
     impl_->read_steps();
     impl_->open_records();
-    impl_->contacts.emplace(impl_->checker, impl_->file.get(), impl_->steps.size());
+    impl_->contacts.emplace(impl_->checker, impl_->file.get(), "contact", impl_->steps.size());
+    impl_->impacts.emplace(impl_->checker, impl_->file.get(), "impact", impl_->steps.size());
 }
 
 TrajectoryReader::~TrajectoryReader() = default;
@@ -228,7 +230,9 @@ Snapshot TrajectoryReader::read(std::size_t record) const {
         snapshot.bodies[i] = {vector_of(position), Quat(q[0], q[1], q[2], q[3]), vector_of(velocity),
                               vector_of(angular_velocity)};
     }
-    impl_->contacts->read(record, snapshot);
+    snapshot.contact_count = impl_->contacts->count(record);
+    snapshot.contacts = impl_->contacts->read(record, snapshot.bodies.size());
+    snapshot.impacts = impl_->impacts->read(record, snapshot.bodies.size());
     return snapshot;
 }
 

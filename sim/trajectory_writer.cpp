@@ -65,6 +65,7 @@ struct TrajectoryWriter::Impl {
     Handle step;
     std::array<Handle, record_layouts.size()> records;
     std::optional<ContactWriter> contacts;
+    std::optional<ContactWriter> impacts;
     std::vector<double> numbers; // one record of one dataset
 
     Impl(const std::filesystem::path& path, std::size_t bodies)
@@ -75,6 +76,7 @@ struct TrajectoryWriter::Impl {
         step = Handle();
         records = {};
         contacts.reset();
+        impacts.reset();
         file = Handle();
         H5Eclear2(H5E_DEFAULT); // a full disk fails here once more
         if (!is_finished) {
@@ -194,7 +196,10 @@ TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& path, const Scen
         write_text_attribute(impl_->checker, impl_->records[i].get(), "unit", layout.unit);
     }
     if (contacts != ContactDetail::none) {
-        impl_->contacts.emplace(impl_->checker, impl_->file.get(), contacts);
+        impl_->contacts.emplace(impl_->checker, impl_->file.get(), "contact", contacts);
+    }
+    if (contacts == ContactDetail::all) {
+        impl_->impacts.emplace(impl_->checker, impl_->file.get(), "impact", contacts);
     }
 }
 
@@ -213,7 +218,10 @@ void TrajectoryWriter::append(const Snapshot& snapshot) {
                              Extent(record_layouts[i], impl_->body_count), impl_->numbers.data());
     }
     if (impl_->contacts) {
-        impl_->contacts->append(snapshot);
+        impl_->contacts->append(snapshot.contact_count, snapshot.contacts);
+    }
+    if (impl_->impacts) {
+        impl_->impacts->append(static_cast<std::int64_t>(snapshot.impacts.size()), snapshot.impacts);
     }
     impl_->last_step = snapshot.step;
     ++impl_->record_count;
@@ -228,6 +236,9 @@ void TrajectoryWriter::finish() {
     }
     if (impl_->contacts) {
         impl_->contacts->close();
+    }
+    if (impl_->impacts) {
+        impl_->impacts->close();
     }
     impl_->checker.check(impl_->file.close());
     commit_part(impl_->checker.path);

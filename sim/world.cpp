@@ -391,5 +391,11 @@ double World::time() const {
 Snapshot World::take_snapshot(ContactDetail contacts) const {
     return state_->take_snapshot(contacts);
 }
+void World::record_impacts() {
+    state_->collision_solver.impacts = &state_->impacts;
+}
+std::vector<ContactSnapshot> World::take_impacts() {
+    return std::exchange(state_->impacts, {});
+}
 
 } // namespace sim

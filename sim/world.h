@@ -28,6 +28,11 @@ public:
     /// contacts: how much of them it holds.
     Snapshot take_snapshot(ContactDetail contacts = ContactDetail::none) const;
 
+    /// From now on the impulses of impacts are kept.
+    void record_impacts();
+    /// Those kept since this was last asked, in the order of the steps.
+    std::vector<ContactSnapshot> take_impacts();
+
 private:
     std::unique_ptr<WorldState> state_;
 };

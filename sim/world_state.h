@@ -109,6 +109,7 @@ struct WorldState {
     Workers workers;                 ///< for what is done pair by pair
     ContactSolver contact_solver;
     CollisionSolver collision_solver;
+    std::vector<ContactSnapshot> impacts; ///< kept since they were last asked for
 };
 
 } // namespace sim

@@ -30,7 +30,11 @@ std::int64_t step_count_of(const sim::SceneDef& scene) {
 Simulation::Simulation(const sim::SceneDef& scene, sim::World world, render::Film* film)
     : scene_(scene), world_(std::move(world)), film_(film), frames_{0, frame_count_of(scene)},
       last_step_(step_count_of(scene)), contacts_(sim::contacts_shown(scene)),
-      has_law_(sim::study_of(scene).law != sim::Law::none) {}
+      has_law_(sim::study_of(scene).law != sim::Law::none) {
+    if (contacts_ == sim::ContactDetail::all) {
+        world_.record_impacts();
+    }
+}
 
 void Simulation::restrict_to(const FrameRange& frames) {
     frames_ = frames;
@@ -77,7 +81,9 @@ bool Simulation::record_state() {
     if (!is_record && !is_frame_now()) {
         return true;
     }
-    const auto snapshot = std::make_shared<const sim::Snapshot>(world_.take_snapshot(contacts_));
+    sim::Snapshot state = world_.take_snapshot(contacts_);
+    state.impacts = world_.take_impacts();
+    const auto snapshot = std::make_shared<const sim::Snapshot>(std::move(state));
     if (has_law_ && is_frame_now()) {
         law_states_.push_back(*snapshot);
     }

@@ -137,6 +137,7 @@ Snapshot with_contacts(Snapshot snapshot, int count) {
             {{i % 2, 1 - i % 2}, {x, 1 / x, -x}, {0, x, 1}, {x * 1e-30f, 0, x * 1e20f}, i % 3 == 0});
     }
     snapshot.contact_count = count;
+    snapshot.impacts.assign(snapshot.contacts.rbegin(), snapshot.contacts.rbegin() + count / 2);
     return snapshot;
 }
 
@@ -166,6 +167,11 @@ TEST(trajectory, contacts_are_read_back_bit_for_bit_as_far_as_they_were_asked_fo
                 EXPECT_EQ(found.contacts[i].normal, expected.contacts[i].normal);
                 EXPECT_EQ(found.contacts[i].impulse, expected.contacts[i].impulse);
                 EXPECT_EQ(found.contacts[i].is_sticking, expected.contacts[i].is_sticking);
+            }
+            ASSERT_EQ(found.impacts.size(), detail == ContactDetail::all ? expected.impacts.size() : 0);
+            for (std::size_t i = 0; i < found.impacts.size(); ++i) {
+                EXPECT_EQ(found.impacts[i].bodies, expected.impacts[i].bodies);
+                EXPECT_EQ(found.impacts[i].impulse, expected.impacts[i].impulse);
             }
         }
     }
