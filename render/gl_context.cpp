@@ -5,6 +5,7 @@
 
 #include <GL/osmesa.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -34,7 +35,8 @@ struct GlContext::Impl {
 void configure_gl(bool portable) {
     constexpr int keeps = 0; // what the user has set
     const unsigned cores = std::thread::hardware_concurrency();
-    setenv("LP_NUM_THREADS", std::to_string(cores > 2 ? cores - 2 : 0).c_str(), keeps);
+    // Pixels are the largest part of a film's work, and one thread could not do them beside all else in time.
+    setenv("LP_NUM_THREADS", std::to_string(cores > 1 ? std::max(cores - 2, 2u) : 0).c_str(), keeps);
     if (portable) {
         setenv("GALLIUM_OVERRIDE_CPU_CAPS", "sse4.1", 1);
     }

@@ -4,7 +4,7 @@
 #include "common_shadow.glsl"
 
 in vec2 floor_position;
-in vec3 to_eye;
+flat in vec3 eye_place;
 #if SHADOWED
 in vec3 shadow_place;
 in vec2 occlusion_place;
@@ -49,7 +49,8 @@ void main() {
     // A pool of light around what the camera looks at, half as bright at 0.2 of the floor's extent; and aerial
     // perspective: far ground takes the colour of the horizon behind it.
     const float per_extent2 = 1.0 / (floor_extent * floor_extent);
-    float far2 = min(dot(to_eye, to_eye) * per_extent2, 1.0);
+    vec2 to_eye = eye_place.xy - floor_position;
+    float far2 = min((dot(to_eye, to_eye) + eye_place.z) * per_extent2, 1.0);
     float pool = 1.0 + 25.0 * per_extent2 * dot(floor_position, floor_position);
     float near = (1.0 - far2) / (pool * (1.0 + 12.0 * far2));
     pixel = vec4(tone_mapped(sky_horizon * (1.0 - near * pool) + radiance * near), 1.0);

@@ -15,7 +15,7 @@ uniform vec4 occlusion_place_of; // texture coordinates = floor_position * xy + 
 uniform uint id;
 
 out vec2 floor_position;         // from origin [m]
-out vec3 to_eye;                 // [m]
+flat out vec3 eye_place;         // x, y as floor_position [m]; square of the height over the floor [m^2]
 #if SHADOWED
 out vec3 shadow_place;
 out vec2 occlusion_place;
@@ -35,8 +35,11 @@ void main() {
     }
     vec2 corner = corners[gl_VertexID & 15];
     floor_position = gl_VertexID < 16 ? corner : center + (corner - center) * ring_scale;
-    vec3 position = origin + tangent * floor_position.x + cross(normal, tangent) * floor_position.y;
-    to_eye = frame.eye.xyz - position;
+    vec3 across = cross(normal, tangent);
+    vec3 position = origin + tangent * floor_position.x + across * floor_position.y;
+    vec3 to_eye = frame.eye.xyz - origin;
+    float height = dot(to_eye, normal);
+    eye_place = vec3(dot(to_eye, tangent), dot(to_eye, across), height * height);
 #if SHADOWED
     shadow_place = shadow_place_of(position, normal);
     occlusion_place = floor_position * occlusion_place_of.xy + occlusion_place_of.zw;

@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
     std::string text = fmt::format(
         "# Pictures of the funnel, {} frames, {} cores, the best of {}\n\n"
         "PNG and MP4 written, start-up included; [ms] a frame.\n\n"
-        "| film | wall | goal | processor | list | draw | edges | png | video | start-up, rest |\n"
+        "| film | wall | goal | processor | list | draw | edges | png | video | pixels in threads of their own, start-up |\n"
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
         frame_count, std::thread::hardware_concurrency(), repeats);
     double pictures = 0.0;
