@@ -12,9 +12,6 @@ constexpr int colour_limit = 64;
 /// Shares of a colour's batches that are alike.
 constexpr std::size_t equal_shares = 4;
 
-/// With fewer batches of a colour it is not worth while to share them among threads.
-constexpr std::size_t least_batches = 4;
-
 /// Point of an empty place: its velocity is always far above the target.
 constexpr double never = -1e300;
 
@@ -56,6 +53,7 @@ void fill_lane(BlockBatch& batch, std::size_t lane, const ContactBlock& block, c
     set_symmetric(batch.inverse_inertia_b, lane, bodies.inverse_inertia[b]);
     batch.node_weight.x[lane] = block.node_weight;
     batch.flat |= static_cast<unsigned>(block.is_flat) << lane;
+    batch.face_of_a |= static_cast<unsigned>(block.is_face_of_a) << lane;
 }
 
 /// A lane without a block: nothing moves in it, and its equations have a solution.
@@ -72,7 +70,7 @@ void fill_empty_lane(BlockBatch& batch, std::size_t lane) {
 
 /// Colours the blocks so that no two of a colour move the same body, each taking the first colour free, and fills
 /// batches colour by colour with blocks of like size.
-void ContactBlocks::arrange(const Bodies& bodies) {
+void ContactBlocks::plan(const Bodies& bodies) {
     std::vector<std::uint64_t> used(bodies.props.size(), 0);
     struct Place {
         int colour;
@@ -141,6 +139,10 @@ void ContactBlocks::arrange(const Bodies& bodies) {
         }
     }
     batch_points.resize(point_count);
+}
+
+void ContactBlocks::arrange(const Bodies& bodies) {
+    plan(bodies);
     share(batches.size(), [&](std::size_t first, std::size_t last) { fill_batches(bodies, first, last); });
 }
 
@@ -151,7 +153,7 @@ void ContactBlocks::fill_batches(const Bodies& bodies, std::size_t first, std::s
     for (std::size_t i = first; i < last; ++i) {
         BlockBatch& batch = batches[i];
         std::fill_n(batch_points.begin() + batch.first, batch.count, empty);
-        batch.moves_a = batch.moves_b = batch.flat = 0;
+        batch.moves_a = batch.moves_b = batch.flat = batch.face_of_a = 0;
         batch.has_friction = false;
         for (std::size_t lane = 0; lane < lane_count; ++lane) {
             if (batch.block[lane] < 0) {
@@ -169,6 +171,13 @@ void ContactBlocks::fill_batches(const Bodies& bodies, std::size_t first, std::s
         }
     }
     prepare_batches({batches.data() + first, last - first, batch_points.data()});
+}
+
+void ContactBlocks::wake(const Bodies& bodies) {
+    activity.assign(bodies.props.size(), 0.0);
+    for (BlockBatch& batch : batches) {
+        std::fill_n(batch.seen_a.x, lane_count, -1.0);
+    }
 }
 
 void ContactBlocks::load_batches(const Bodies& bodies) {
@@ -228,20 +237,15 @@ void ContactBlocks::store_batch(const BlockBatch& batch) {
 
 double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
     std::atomic<double> worst = 0.0;
-    std::size_t begin = 0;
-    for (const std::size_t end : colours) {
-        const auto sweep_range = [&](std::size_t first, std::size_t last) {
-            raise_to(worst, sweep_batches({.batches = batches.data() + begin + first,
-                                           .batch_count = last - first,
-                                           .points = batch_points.data(),
-                                           .velocity = velocity.front().v.data(),
-                                           .activity = activity.data(),
-                                           .skip = skip,
-                                           .slack = slack}));
-        };
-        share(end - begin, sweep_range, least_batches);
-        begin = end;
-    }
+    share_colours([&](std::size_t first, std::size_t last) {
+        raise_to(worst, sweep_batches({.batches = batches.data() + first,
+                                       .batch_count = last - first,
+                                       .points = batch_points.data(),
+                                       .velocity = velocity.front().v.data(),
+                                       .activity = activity.data(),
+                                       .skip = skip,
+                                       .slack = slack}));
+    });
     return worst;
 }
 

@@ -35,6 +35,7 @@ struct BlockBatch {
     unsigned moves_a = 0; ///< bit l: body a of lane l is not static
     unsigned moves_b = 0;
     unsigned flat = 0;      ///< bit l: see ContactBlock::is_flat
+    unsigned face_of_a = 0; ///< bit l: see ContactBlock::is_face_of_a
     bool has_friction = false;
     Lanes frame[9];     ///< t_1, t_2, n, each x y z
     Lanes r_a[3];       ///< [m]

@@ -56,7 +56,7 @@ const ContactGeometry& geometry_of(const Contact& contact) {
 
 /// Length of the block that begins with the first of these contacts.
 template <typename Any>
-std::size_t block_length(std::span<const Any> contacts) {
+std::size_t length_of_block(std::span<const Any> contacts) {
     const Vec3& n = geometry_of(contacts[0]).n;
     std::size_t length = 1;
     while (length < contacts.size() && length < block_size &&
@@ -70,7 +70,7 @@ template <typename Any>
 std::size_t count_blocks(std::span<const Any> contacts) {
     std::size_t count = 0;
     for (; !contacts.empty(); ++count) {
-        contacts = contacts.subspan(block_length(contacts));
+        contacts = contacts.subspan(length_of_block(contacts));
     }
     return count;
 }
@@ -113,6 +113,9 @@ std::size_t block_count(std::span<const ContactGeometry> contacts) {
 std::size_t block_count(std::span<const Contact> contacts) {
     return count_blocks(contacts);
 }
+std::size_t block_length(std::span<const Contact> contacts) {
+    return length_of_block(contacts);
+}
 
 void ContactBlocks::append(const Bodies& bodies, int a, int b, std::span<const ContactGeometry> contacts,
                            const PairMaterial& material) {
@@ -128,7 +131,7 @@ void ContactBlocks::place(std::size_t first_block, std::size_t first_point, cons
     const auto ia = static_cast<std::size_t>(a);
     const auto ib = static_cast<std::size_t>(b);
     for (; !contacts.empty(); ++first_block) {
-        const std::span<const ContactGeometry> own = contacts.first(block_length(contacts));
+        const std::span<const ContactGeometry> own = contacts.first(length_of_block(contacts));
         contacts = contacts.subspan(own.size());
         ContactBlock block;
         block.a = a;

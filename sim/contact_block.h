@@ -66,6 +66,11 @@ struct ContactBlock {
     Vec3 twist_before = Vec3::Zero(); ///< u_1, u_2 [m/s], w_n [rad/s] before any impulse of this solve
 
     bool has_friction() const { return mu_s > 0.0; }
+    /// Sets is_flat and is_face_of_a by the feature of its first contact.
+    void set_surface(const ContactFeature& feature) {
+        is_face_of_a = feature.kind == FeatureKind::face_a;
+        is_flat = (is_face_of_a || feature.kind == FeatureKind::face_b) && !is_curved(feature);
+    }
 };
 
 /// How a block's relative twist answers to impulses.
@@ -85,6 +90,9 @@ PairMaterial pair_material(const BodyProps& a, const BodyProps& b);
 
 /// Loops over fewer blocks, pairs or bodies are not worth while to be shared among threads.
 inline constexpr std::size_t least_shared = 32;
+
+/// With fewer batches of a colour it is not worth while to share them among threads.
+inline constexpr std::size_t least_batches = 4;
 
 /// All blocks of one solve, in the order they are visited, and their points.
 struct ContactBlocks {
@@ -136,6 +144,22 @@ struct ContactBlocks {
     /// Sets the batches up for the present blocks, with their responses.
     void arrange(const Bodies& bodies);
 
+    /// The same without what the batches hold: which block is in which lane. Of the blocks a, b and count are known.
+    void plan(const Bodies& bodies);
+
+    /// All blocks are to be solved again.
+    void wake(const Bodies& bodies);
+
+    /// Calls work(first, last) for ranges of batches that cover all of them, colour after colour.
+    template <typename Work>
+    void share_colours(Work&& work) const {
+        std::size_t begin = 0;
+        for (const std::size_t end : colours) {
+            share(end - begin, [&](std::size_t first, std::size_t last) { work(begin + first, begin + last); }, least_batches);
+            begin = end;
+        }
+    }
+
     /// Targets, marks and impulses of blocks and points go into the batches; all blocks are to be solved again.
     void load_batches(const Bodies& bodies);
 
@@ -155,6 +179,8 @@ private:
 /// Number of blocks that `append` makes of these contacts.
 std::size_t block_count(std::span<const ContactGeometry> contacts);
 std::size_t block_count(std::span<const Contact> contacts);
+/// Contacts of the first of them.
+std::size_t block_length(std::span<const Contact> contacts);
 
 /// Relative twist (u at the block's centre, w) in the block's frame [m/s], [rad/s].
 inline Vec6 relative_twist(const ContactBlock& block, std::span<const Velocity> velocity) {

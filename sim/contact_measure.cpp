@@ -13,12 +13,7 @@ namespace {
 /// Flat contacts are not measured again where that changes gaps by less than this share [-] of the tolerance.
 constexpr double linear_share = 0.02;
 
-/// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
-/// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
-/// then; the check after the move sees what that leaves.
-constexpr double wander_share = 0.02;
-
-/// The same of the lowest point of a rim that falls flat or circles, as a share [-] of the rim's radius: a step turns what
+/// As wander_share, of the lowest point of a rim that falls flat or circles, as a share [-] of the rim's radius: a step turns what
 /// rolls by less. The far side is then held by the points fixed to the rim.
 constexpr double rim_wander_share = 0.5;
 
@@ -55,6 +50,12 @@ void ContactSolver::predict(const Bodies& bodies) {
         for (std::size_t i = first; i < last; ++i) {
             predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
             placed_[i] = PlacedBody(predicted_[i]);
+            if (in_lanes_) {
+                const Mat3 turn = (predicted_[i].orientation * bodies.pose[i].orientation.conjugate()).toRotationMatrix();
+                const Vec3& position = predicted_[i].position;
+                end_[i] = {{turn(0, 0), turn(0, 1), turn(0, 2), turn(1, 0), turn(1, 1), turn(1, 2), turn(2, 0), turn(2, 1),
+                            turn(2, 2), position.x(), position.y(), position.z()}};
+            }
         }
     });
 }
@@ -115,6 +116,10 @@ double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vec
                                        .bend = linear_share * settings_.tolerance,
                                        .unsure = unsure_.data() + first}));
         for (std::size_t i = first; i < last; ++i) {
+            if (in_lanes_) {
+                raise_to(worst, unsure_[i] != 0 ? measure_lanes(bodies, pairs, i, i + 1, &unsure_[i]) : 0.0);
+                continue;
+            }
             for (std::size_t lane = 0; unsure_[i] >> lane != 0; ++lane) {
                 if ((unsure_[i] >> lane & 1u) != 0) {
                     const int block = loop_.batches[i].block[lane];
@@ -130,6 +135,12 @@ double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vec
 /// d_n / h). Returns the largest error [m] of a gap, two-sided where the contact carries load.
 double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
     std::atomic<double> worst = 0.0;
+    if (in_lanes_) {
+        loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
+            raise_to(worst, measure_lanes(bodies, pairs, first, last, nullptr));
+        });
+        return worst;
+    }
     loop_.share(loop_.blocks.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
             raise_to(worst, measure_block(bodies, pairs, loop_.blocks[k]));
@@ -138,47 +149,59 @@ double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContac
     return worst;
 }
 
+/// Normal of a flat block at the predicted poses; of others as the interval begins.
+Vec3 ContactSolver::predicted_normal(const Bodies& bodies, const ContactBlock& block) const {
+    const Vec3 n = block.frame.col(2);
+    if (!block.is_flat) {
+        return n;
+    }
+    const auto face = static_cast<std::size_t>(block.is_face_of_a ? block.a : block.b);
+    return placed_[face].rotation * (bodies.pose[face].orientation.conjugate() * n);
+}
+
 double ContactSolver::measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                     const ContactBlock& block) {
     double worst = 0.0;
-    const PlacedBody& pose_a = placed_[static_cast<std::size_t>(block.a)];
-    const PlacedBody& pose_b = placed_[static_cast<std::size_t>(block.b)];
     const Vec6 twist = relative_twist(block, velocity_);
-    const Eigen::Matrix<double, 3, 2> tangents = block.frame.leftCols<2>();
-    Vec3 n = block.frame.col(2);
-    if (block.is_flat) {
-        const auto face = static_cast<std::size_t>(block.is_face_of_a ? block.a : block.b);
-        n = placed_[face].rotation * (bodies.pose[face].orientation.conjugate() * n);
-    }
+    const Vec3 n = predicted_normal(bodies, block);
     for (int k = block.first; k < block.first + block.count; ++k) {
-        ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
         const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
-        Displacement moved;
-        if (contact.is_on_face) {
-            const Vec3 d = pose_a * contact.point_a - pose_b * contact.point_b;
-            moved.gap = n.dot(d);
-            moved.d_t = tangents.transpose() * (d - moved.gap * n);
-        } else {
-            moved = displacement(bodies, pairs[static_cast<std::size_t>(contact.pair)], block, twist, k);
-        }
-        const double missing = contact.gap_target - moved.gap;
-        worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
-        point.u_n_target = normal_velocity(point, twist) + missing / h_;
-        if (block.has_friction()) {
-            point.u_t_target = tangential_velocity(point, twist) - (moved.d_t + contact.owed) / h_;
-        }
+        worst = std::max(worst, measure_point(bodies, pairs[static_cast<std::size_t>(contact.pair)], {block, twist, n, contact},
+                                              loop_.points[static_cast<std::size_t>(k)]));
     }
     return worst;
 }
 
-/// Of point k of the block, whatever touches there.
-ContactSolver::Displacement ContactSolver::displacement(const Bodies& bodies, const PairContacts& pair,
-                                                        const ContactBlock& block, const Vec6& twist, int k) const {
+/// Sets the targets of a point; returns the error of its gap.
+double ContactSolver::measure_point(const Bodies& bodies, const PairContacts& pair, const Measured& of,
+                                    ContactPoint& point) const {
+    const auto& [block, twist, n, contact] = of;
+    Displacement moved;
+    if (contact.is_on_face) {
+        const Vec3 d = placed_[static_cast<std::size_t>(block.a)] * contact.point_a -
+                       placed_[static_cast<std::size_t>(block.b)] * contact.point_b;
+        moved.gap = n.dot(d);
+        moved.d_t = block.frame.leftCols<2>().transpose() * (d - moved.gap * n);
+    } else {
+        moved = displacement(bodies, pair, of, point);
+    }
+    const double missing = contact.gap_target - moved.gap;
+    point.u_n_target = normal_velocity(point, twist) + missing / h_;
+    if (block.has_friction()) {
+        point.u_t_target = tangential_velocity(point, twist) - (moved.d_t + contact.owed) / h_;
+    }
+    return point.p_n > 0.0 ? std::abs(missing) : missing;
+}
+
+/// Of a point of the block, whatever touches there.
+ContactSolver::Displacement ContactSolver::displacement(const Bodies& bodies, const PairContacts& pair, const Measured& of,
+                                                        const ContactPoint& point) const {
+    const ContactBlock& block = of.block;
+    const RestingContact& contact = of.contact;
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
     const PlacedBody& pose_a = placed_[a];
     const PlacedBody& pose_b = placed_[b];
-    const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
     const auto& [feature, start] = pair.manifold.contacts[static_cast<std::size_t>(contact.index)];
     const Vec3 point_a = pose_a * contact.point_a;
     const Vec3 point_b = pose_b * contact.point_b;
@@ -202,7 +225,7 @@ ContactSolver::Displacement ContactSolver::displacement(const Bodies& bodies, co
     if (is_curved(feature)) {
         // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
         const Vec3 fall = 0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_);
-        return {at.gap, h_ * (tangential_velocity(loop_.points[static_cast<std::size_t>(k)], twist) +
+        return {at.gap, h_ * (tangential_velocity(point, of.twist) +
                               tangents.transpose() * fall)};
     }
     return {at.gap, tangents.transpose() * (d - d.dot(at.n) * at.n)};

@@ -73,10 +73,10 @@ void sum_up(PairContacts& pair) {
         const ContactGeometry& at = pair.manifold.contacts[i].at;
         pair.least_gap = std::min(pair.least_gap, at.gap);
         pair.was_ahead = pair.was_ahead || memory.approach_speed > 0.0;
-        if (memory.p_n == 0.0 || memory.owed == 0.0) {
+        if (memory.p_n == 0.0 || memory.last_interval == 0.0) {
             continue;
         }
-        const Vec3 p = memory.owed * (memory.p_n * at.n + memory.p_t);
+        const Vec3 p = memory.owed() * (memory.p_n * at.n + memory.p_t);
         pair.owed_impulse += p;
         pair.owed_moment += (0.5 * (at.a + at.b)).cross(p);
     }

@@ -3,17 +3,14 @@
 #include <algorithm>
 
 namespace sim {
-namespace {
-
-/// Next to an impact held ahead an impulse so many times [-] that of the last step's force, or that of the weight, is an
-/// answer to the impact and not a force.
-constexpr double largest_growth = 2.0;
-
-} // namespace
 
 std::vector<Velocity> ContactSolver::velocity_at_node(const Bodies& bodies) const {
     std::vector<Velocity> velocity = bodies.velocity;
     joints_.add_weighted(joint_weight_, velocity);
+    if (in_lanes_) {
+        add_node_impulses(bodies, velocity);
+        return velocity;
+    }
     for (const ContactBlock& block : loop_.blocks) {
         Vec6 wrench = Vec6::Zero();
         for (int k = block.first; k < block.first + block.count; ++k) {
@@ -58,7 +55,6 @@ void ContactSolver::tell_forces(const Bodies& bodies) {
 
 void ContactSolver::remember(const Bodies& bodies, std::vector<PairContacts>& pairs,
                              std::span<JointMemory> joint_memory) {
-    tell_forces(bodies);
     for (PairContacts& pair : pairs) {
         for (std::size_t i = 0; !all_in_solve_ && i < pair.memory.size(); ++i) {
             ContactMemory& memory = pair.memory[i];
@@ -70,6 +66,11 @@ void ContactSolver::remember(const Bodies& bodies, std::vector<PairContacts>& pa
         joint_memory[i].owed = 0.5 * h_ / impulse_interval(joint_weight_[i], h_);
         joint_memory[i].last_interval = h_;
     }
+    if (in_lanes_) {
+        remember_lanes(bodies);
+        return;
+    }
+    tell_forces(bodies);
     loop_.share(loop_.blocks.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
             remember_block(loop_.blocks[k], pairs);
@@ -100,7 +101,6 @@ void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairCo
         const bool loaded = point.p_n > 0.0;
         memory.interval = impulse_interval(block.node_weight, h_);
         memory.force_share = contact.force_share;
-        memory.owed = contact.force_share * 0.5 * h_ / memory.interval;
         memory.last_interval = loaded && !contact.is_ahead ? h_ : 0.0;
         memory.approach_speed = 0.0;
         memory.energy_taken = 0.0;
@@ -115,13 +115,14 @@ void ContactSolver::remember_block(const ContactBlock& block, std::vector<PairCo
         }
         memory.p_n = contact.is_ahead ? 0.0 : point.p_n;
         memory.p_t = contact.is_ahead ? Vec3(Vec3::Zero()) : in_world(point.p_t);
-        memory.is_sticking = loaded && block.has_friction() && (keeps_mark || !at_limit);
+        const bool sticks = loaded && block.has_friction() && (keeps_mark || !at_limit);
+        memory.mark = sticks ? 1.0 : 0.0;
         if (!block.has_friction()) {
             continue;
         }
         const Vec3 d_t = in_world(h_ * (tangential_velocity(point, twist) - point.u_t_target) - contact.owed);
-        memory.slip = memory.is_sticking ? Vec3(memory.slip + d_t) : Vec3(Vec3::Zero());
-        memory.sliding = memory.is_sticking ? Vec3(Vec3::Zero()) : Vec3(d_t / h_);
+        memory.slip = sticks ? Vec3(memory.slip + d_t) : Vec3(Vec3::Zero());
+        memory.sliding = sticks ? Vec3(Vec3::Zero()) : Vec3(d_t / h_);
     }
 }
 

@@ -11,14 +11,10 @@
 namespace sim {
 namespace {
 
-/// Within this share [-] of the tolerance a gap is not closed at once but by `gap_relaxation` a step: closing
-/// an error of d in one step needs the velocity d / h, which the next step has to take away again.
-///
-/// More slowly where the tolerance is loose: sweeps that take away the share s of an error in velocity, from impulses
+/// Gaps in the soft band are closed by this share [-] of them a step; more slowly where the tolerance is loose: sweeps that take away the share s of an error in velocity, from impulses
 /// that each step starts from whole, act on a heap as a damper s, a spring s and the integral of a spring, s times
 /// gap_relaxation; that comes to rest only where gap_relaxation < s (Routh), and the slowest motion of a tower of 20
 /// solved by a few sweeps a step has s = 0.01 or less.
-constexpr double soft_band = 0.5;
 constexpr double gap_relaxation = 0.1;
 constexpr double loose_gap_relaxation = 0.003;
 
@@ -40,10 +36,6 @@ constexpr double slack_share = 0.1;
 /// the predicted poses.
 constexpr double accepted_share = 0.5;
 
-/// The impulses of an interval are no guess at those of one so many times [-] as long: next to an impact they stop what
-/// approaches slowly, rather than carry a load.
-constexpr double largest_stretch = 100.0;
-
 /// Gap errors [m] that rounding leaves.
 constexpr double gap_rounding = 1e-13;
 
@@ -55,7 +47,7 @@ constexpr int outer_limit = 12;
 
 } // namespace
 
-void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs,
+void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs,
                             std::span<const Joint> joints, std::span<const JointMemory> joint_memory,
                             const StepSettings& settings, double h) {
     settings_ = settings;
@@ -91,6 +83,13 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
         places[pair + 1].block += places[pair].block;
         places[pair + 1].point += places[pair].point;
     }
+    loop_.blocks.resize(places.back().block);
+    in_lanes_ = fits_lanes(pairs);
+    point_count_ = places.back().point;
+    if (in_lanes_) {
+        start_lanes(bodies, pairs, places);
+        return;
+    }
     resize(places.back());
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
         Taken taken;
@@ -104,6 +103,7 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
 
 void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair,
                                  std::span<const Velocity> at_node) {
+    leave_lanes(bodies, pairs);
     const PairContacts& added = pairs[static_cast<std::size_t>(pair)];
     Taken taken;
     take(bodies, added, taken);
@@ -155,6 +155,7 @@ void ContactSolver::resize(const Place& end) {
     loop_.blocks.resize(end.block);
     loop_.points.resize(end.point);
     contacts_.resize(end.point);
+    point_count_ = end.point;
 }
 
 /// Blocks, points and contacts of a pair, from `place` on.
@@ -179,7 +180,8 @@ void ContactSolver::apply_impulses(const Bodies& bodies, std::size_t first) {
     }
 }
 
-void ContactSolver::drop_contacts(const Bodies& bodies, int pair) {
+void ContactSolver::drop_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair) {
+    leave_lanes(bodies, pairs);
     all_in_solve_ = false;
     for (ContactBlock& block : loop_.blocks) {
         if (block.count > 0 && contacts_[static_cast<std::size_t>(block.first)].pair == pair) {
@@ -193,14 +195,11 @@ void ContactSolver::drop_contacts(const Bodies& bodies, int pair) {
 /// What a block and its contacts know as the interval begins: velocities, targets, and the impulses of the
 /// last step.
 void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, ContactBlock& block) {
-    const auto a = static_cast<std::size_t>(block.a);
-    const auto b = static_cast<std::size_t>(block.b);
     double last_interval = 0.0;
     bool touches = false;
     const ContactFeature& feature =
         pair.manifold.contacts[static_cast<std::size_t>(contacts_[static_cast<std::size_t>(block.first)].index)].feature;
-    block.is_face_of_a = feature.kind == FeatureKind::face_a;
-    block.is_flat = (block.is_face_of_a || feature.kind == FeatureKind::face_b) && !is_curved(feature);
+    block.set_surface(feature);
     for (int k = block.first; k < block.first + block.count; ++k) {
         const auto i = static_cast<std::size_t>(contacts_[static_cast<std::size_t>(k)].index);
         last_interval = std::max(last_interval, pair.memory[i].last_interval);
@@ -230,8 +229,7 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
             const double after_step = std::max((1.0 - relaxation_) * at.gap, -band);
             resting.gap_target = at.gap + step_share_ * (after_step - at.gap);
         }
-        resting.point_a = bodies.pose[a].orientation.conjugate() * (at.a - bodies.pose[a].position);
-        resting.point_b = bodies.pose[b].orientation.conjugate() * (at.b - bodies.pose[b].position);
+        set_material_points(bodies, block, at, resting);
         if (block.has_friction()) {
             resting.owed = relaxation_ * step_share_ *
                            Vec2(memory.slip.dot(block.frame.col(0)), memory.slip.dot(block.frame.col(1)));
@@ -243,7 +241,7 @@ void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, 
         if (settings_.warm_start && memory.p_n > 0.0) {
             point.p_n = scale * memory.p_n;
             point.p_t = scale * Vec2(memory.p_t.dot(block.frame.col(0)), memory.p_t.dot(block.frame.col(1)));
-            block.is_sticking = block.is_sticking || memory.is_sticking;
+            block.is_sticking = block.is_sticking || memory.is_sticking();
         }
         // A contact that begins at rest sticks if it can.
         const bool is_new = memory.p_n == 0.0 && memory.last_interval == 0.0;
@@ -265,7 +263,9 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
     double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
     double settled = std::numeric_limits<double>::infinity(); // [m/s], once the first sweep has told
     const bool together = TogetherSweeps::fits(loop_);
-    together ? together_.begin(loop_, bodies) : loop_.load_batches(bodies);
+    together    ? together_.begin(loop_, bodies)
+    : in_lanes_ ? loop_.wake(bodies)
+                : loop_.load_batches(bodies);
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = joints_.solve(velocity_);
         const double skip =
@@ -279,7 +279,7 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
         converged =
             converged && (loop_.empty() || joints_.empty() || (count > 0 && missing <= joint_tolerance));
     }
-    if (!together) {
+    if (!together && !in_lanes_) {
         loop_.store_impulses();
     }
     return count;
@@ -289,6 +289,9 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
 /// the step would reverse has stopped within it, and sticks if static friction can hold it. Returns true if
 /// the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
 bool ContactSolver::update_marks(const std::vector<PairContacts>& pairs) {
+    if (in_lanes_) {
+        return false;
+    }
     const double slip_tolerance = iteration_share * settings_.tolerance / h_;
     bool changed = false;
     for (ContactBlock& block : loop_.blocks) {
@@ -327,7 +330,7 @@ bool ContactSolver::update_marks(const std::vector<PairContacts>& pairs) {
 ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
-    if (!TogetherSweeps::fits(loop_)) {
+    if (!TogetherSweeps::fits(loop_) && !in_lanes_) {
         loop_.arrange(bodies);
     }
     predict(bodies);

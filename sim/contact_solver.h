@@ -1,10 +1,11 @@
 #pragma once
 /// Resting contacts at position level (Bender & Schmitt 2006, sec. 3.2): impulses at t0 such that the
 /// predicted gaps at t0 + h are closed. contact_measure.cpp has what is measured at the predicted poses,
-/// contact_remember.cpp what is handed to the next interval.
+/// contact_remember.cpp what is handed to the next interval, contact_lanes.cpp the same eight blocks at a time.
 #include "sim/block_together.h"
 #include "sim/contact_memory.h"
 #include "sim/joint.h"
+#include "sim/rest_batch.h"
 #include "sim/scene_def.h"
 
 namespace sim {
@@ -19,11 +20,28 @@ inline double node_weight(double last_interval, double h) {
     return last_interval / (last_interval + h);
 }
 
+/// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
+/// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
+/// then; the check after the move sees what that leaves.
+inline constexpr double wander_share = 0.02;
+
 /// Time [s] that the impulses of an interval h stand for: from the middle of the interval before to its own
 /// middle.
 inline double impulse_interval(double node_weight, double h) {
     return node_weight < 1.0 ? 0.5 * h / (1.0 - node_weight) : h;
 }
+
+/// Within this share [-] of the tolerance a gap is not closed at once but by a share of it a step: closing an error of d
+/// in one step needs the velocity d / h, which the next step has to take away again.
+inline constexpr double soft_band = 0.5;
+
+/// The impulses of an interval are no guess at those of one so many times [-] as long: next to an impact they stop what
+/// approaches slowly, rather than carry a load.
+inline constexpr double largest_stretch = 100.0;
+
+/// Next to an impact held ahead an impulse so many times [-] that of the last step's force, or that of the weight, is an
+/// answer to the impact and not a force.
+inline constexpr double largest_growth = 2.0;
 
 /// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
 inline constexpr double limit_rounding = 1e-9;
@@ -51,6 +69,15 @@ struct RestingContact {
     double force_share = 1.0;    ///< [-] of its impulse that is a force; the rest answers an impact held ahead
 };
 
+/// Sets point_a and point_b of a contact of the block as the interval begins.
+inline void set_material_points(const Bodies& bodies, const ContactBlock& block, const ContactGeometry& at,
+                                RestingContact& contact) {
+    const Pose& a = bodies.pose[static_cast<std::size_t>(block.a)];
+    const Pose& b = bodies.pose[static_cast<std::size_t>(block.b)];
+    contact.point_a = a.orientation.conjugate() * (at.a - a.position);
+    contact.point_b = b.orientation.conjugate() * (at.b - b.position);
+}
+
 struct ContactSolveReport {
     int iterations = 0;
     double residual = 0.0;       ///< [m] largest gap error at the predicted poses
@@ -66,7 +93,8 @@ public:
 
     /// Blocks for all contacts of `pairs` at the poses of `bodies`, warm-started. `bodies.velocity` are those
     /// at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.
-    void prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+    /// `pairs` and what they hold stay where they are until remember(), but for pairs that are added, or dropped.
+    void prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                  std::span<const JointMemory> joint_memory, const StepSettings& settings, double h);
 
     /// Adds the contacts of pair `pair`. at_node [body_count]: velocities at t0, after its collisions; a contact that approaches
@@ -75,7 +103,7 @@ public:
                       std::span<const Velocity> at_node);
 
     /// Takes the contacts of pair `pair` and their impulses out of the solve: other features face each other.
-    void drop_contacts(const Bodies& bodies, int pair);
+    void drop_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair);
 
     /// Iterates until the predicted gaps are closed. Fills velocity() and predicted().
     ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
@@ -91,7 +119,7 @@ public:
     std::span<const Pose> predicted() const { return predicted_; }   ///< at t0 + h
     /// Velocities at t0 itself: with the share of the impulses that acts before it (Verlet's half).
     std::vector<Velocity> velocity_at_node(const Bodies& bodies) const;
-    int contact_count() const { return static_cast<int>(loop_.points.size()); }
+    int contact_count() const { return static_cast<int>(point_count_); }
 
 private:
     double part_of(double tolerance) const;
@@ -124,8 +152,43 @@ private:
         double gap = 0.0;         ///< [m] at the predicted poses
         Vec2 d_t = Vec2::Zero();  ///< [m] tangential, over the interval; in the block's tangents
     };
-    Displacement displacement(const Bodies& bodies, const PairContacts& pair, const ContactBlock& block, const Vec6& twist,
-                              int k) const;
+    /// What the lanes need to know of the contacts of a block.
+    struct BlockHead {
+        const Contact* contacts = nullptr; ///< its own
+        ContactMemory* memory = nullptr;
+        int pair = -1;
+        int index = -1; ///< of the first of them, in the pair
+        bool is_plain = false;
+        bool is_edges = false;
+        Vec3 edge_a = Vec3::Zero(); ///< see RestBlock
+        Vec3 edge_b = Vec3::Zero();
+    };
+    /// A contact of a block that is measured.
+    struct Measured {
+        const ContactBlock& block;
+        const Vec6& twist;
+        const Vec3& n; ///< of the block's face at the predicted poses
+        const RestingContact& contact;
+    };
+    Displacement displacement(const Bodies& bodies, const PairContacts& pair, const Measured& of,
+                              const ContactPoint& point) const;
+    double measure_point(const Bodies& bodies, const PairContacts& pair, const Measured& of, ContactPoint& point) const;
+    Vec3 predicted_normal(const Bodies& bodies, const ContactBlock& block) const;
+
+    bool fits_lanes(std::span<const PairContacts> pairs) const;
+    void head_blocks(const Bodies& bodies, PairContacts& pair, int pair_index, Place place);
+    void start_lanes(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Place> places);
+    void head_batch(const Bodies& bodies, std::size_t i);
+    void fetch_batch(std::size_t i) const;
+    double work_on_batches(RestPhase phase, std::size_t first, std::size_t last, const unsigned* only = nullptr);
+    ContactBlock block_in_lane(const BlockBatch& batch, std::size_t lane) const;
+    double measure_lanes(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first, std::size_t last,
+                         const unsigned* only);
+    double measure_lane(const Bodies& bodies, const std::vector<PairContacts>& pairs, const BlockBatch& batch,
+                        std::size_t lane);
+    void leave_lanes(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    void remember_lanes(const Bodies& bodies);
+    void add_node_impulses(const Bodies& bodies, std::vector<Velocity>& velocity) const;
     double curvature_bound(const Bodies& bodies, int a, int b) const;
     bool update_marks(const std::vector<PairContacts>& pairs);
     int iterate(const Bodies& bodies, double tolerance, int budget, bool& converged);
@@ -140,7 +203,16 @@ private:
     double step_share_ = 1.0; ///< h_ as a share of a whole step [-]
     ContactBlocks loop_;
     TogetherSweeps together_; ///< over few blocks
-    std::vector<RestingContact> contacts_;  ///< [loop_.points]
+    std::vector<RestingContact> contacts_;  ///< [loop_.points]; not in lanes
+    std::size_t point_count_ = 0;
+    bool in_lanes_ = false;                 ///< blocks and points are in the batches only
+    std::vector<BlockHead> heads_;          ///< [loop_.blocks] in lanes
+    std::vector<RestPoint> rest_points_;    ///< [loop_.batch_points]
+    std::vector<RestBlock> rest_blocks_;    ///< [loop_.batches]
+    std::vector<BodyRows> begin_;           ///< [body_count] in lanes
+    std::vector<BodyRows> end_;
+    const double* before_ = nullptr;        ///< bodies.velocity
+    RestRules rules_;
     std::vector<double> joint_weight_;      ///< [joint_count]
     std::vector<Velocity> velocity_;
     std::vector<Velocity> measured_; ///< those of the first measurement of this solve

@@ -10,7 +10,7 @@ constexpr double limit_share = 1e-6;
 
 bool is_sticking(const ContactMemory& memory, const PairMaterial& material) {
     const double limit = material.mu_s * memory.p_n;
-    return memory.is_sticking && memory.p_t.norm() < (1.0 - limit_share) * limit;
+    return memory.is_sticking() && memory.p_t.norm() < (1.0 - limit_share) * limit;
 }
 
 } // namespace

@@ -1,5 +1,6 @@
 #include "sim/block_batch.h"
 #include "sim/box_axes.h"
+#include "sim/rest_batch.h"
 
 /// Each kernel is compiled for each instruction set (NAME_kernel.cpp -> NAME_kernel_SET); the widest that this processor
 /// can run is taken.
@@ -45,6 +46,7 @@ CHOOSE_KERNEL(double, block, BatchSweep)
 CHOOSE_KERNEL(double, check, BatchCheck)
 CHOOSE_KERNEL(void, prepare, BatchPreparation)
 CHOOSE_KERNEL(void, axes, AxesSearch)
+CHOOSE_KERNEL(double, rest, RestWork)
 
 double sweep_batches(const BatchSweep& sweep) {
     return block_kernel()(sweep);
@@ -56,6 +58,10 @@ double check_batches(const BatchCheck& check) {
 
 void prepare_batches(const BatchPreparation& preparation) {
     prepare_kernel()(preparation);
+}
+
+double work_on_rest(const RestWork& work) {
+    return rest_kernel()(work);
 }
 
 void find_axes(const AxesSearch& search) {

@@ -37,6 +37,15 @@ LANES_INLINE Real load(const double* from) {
     }
     return r;
 }
+/// From an address that is aligned to one number only.
+LANES_INLINE Real load_anywhere(const double* from) {
+    using PartAnywhere = Part __attribute__((may_alias, aligned(8)));
+    Real r;
+    for (int i = 0; i < parts; ++i) {
+        r.p[i] = *reinterpret_cast<const PartAnywhere*>(from + width * i);
+    }
+    return r;
+}
 LANES_INLINE void store(double* to, const Real& x) {
     for (int i = 0; i < parts; ++i) {
         *reinterpret_cast<PartInMemory*>(to + width * i) = x.p[i];
@@ -126,6 +135,31 @@ LANES_INLINE bool any(const Mask& m) {
         all |= bits[l];
     }
     return all != 0;
+}
+/// The lanes whose bits are set.
+LANES_INLINE Mask lanes_of(unsigned bits) {
+    Mask m;
+    for (int i = 0; i < parts; ++i) {
+        PartMask bit;
+        for (int l = 0; l < width; ++l) {
+            bit[l] = 1ll << (i * width + l);
+        }
+        m.p[i] = (bit & static_cast<long long>(bits)) != 0;
+    }
+    return m;
+}
+LANES_INLINE unsigned bits_of(const Mask& m) {
+#if defined(__AVX512DQ__)
+    return static_cast<unsigned char>(__builtin_ia32_cvtq2mask512(m.p[0]));
+#else
+    unsigned bits = 0;
+    for (int i = 0; i < parts; ++i) {
+        for (int l = 0; l < width; ++l) {
+            bits |= static_cast<unsigned>(m.p[i][l] & 1) << (i * width + l);
+        }
+    }
+    return bits;
+#endif
 }
 LANES_INLINE Real select(const Mask& m, const Real& yes, const Real& no) {
     Real r;

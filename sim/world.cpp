@@ -196,7 +196,6 @@ void WorldState::restart(std::span<const char> touched) {
     for (PairContacts& pair : pairs) {
         if (is_touched(pair.manifold.body_a, pair.manifold.body_b)) {
             for (ContactMemory& memory : pair.memory) {
-                memory.owed = 0.0;
                 memory.last_interval = 0.0;
             }
             pair.owed_impulse.setZero();

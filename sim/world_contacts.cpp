@@ -400,7 +400,7 @@ void WorldState::replace_contacts(std::size_t index, const std::vector<Contact>&
     if (index < sorted_pairs && std::ranges::find(replaced, index, &decltype(replaced)::value_type::first) == replaced.end()) {
         replaced.emplace_back(index, pair);
     }
-    contact_solver.drop_contacts(bodies, static_cast<int>(index));
+    contact_solver.drop_contacts(bodies, pairs, static_cast<int>(index));
     pair.manifold.contacts = contacts;
     match_memory(pair, reach_of({pair.manifold.body_a, pair.manifold.body_b}));
     contact_solver.add_contacts(bodies, pairs, static_cast<int>(index), at_node);
