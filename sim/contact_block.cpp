@@ -60,7 +60,7 @@ std::size_t length_of_block(std::span<const Any> contacts) {
     const Vec3& n = geometry_of(contacts[0]).n;
     std::size_t length = 1;
     while (length < contacts.size() && length < block_size &&
-           (geometry_of(contacts[length]).n - n).norm() < same_normal) {
+           (geometry_of(contacts[length]).n - n).squaredNorm() < same_normal * same_normal) {
         ++length;
     }
     return length;

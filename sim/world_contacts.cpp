@@ -38,6 +38,17 @@ double moved_by(const BodyProps& props, const Pose& from, const Pose& to) {
     return (to.position - from.position).norm() + turn * props.bounding_radius;
 }
 
+std::uint64_t id_of(const Contact& contact) {
+    return contact.feature.id;
+}
+
+/// Before the contacts of a pair are found anew: where they are, for those whose features change.
+void keep_cores(PairContacts& pair) {
+    for (std::size_t i = 0; i < std::min(pair.memory.size(), pair.manifold.contacts.size()); ++i) {
+        pair.memory[i].core_a = pair.manifold.contacts[i].feature.core_a;
+    }
+}
+
 /// A contact found at the planned poses, as it is at t0: the same material points and the same normal. The
 /// impulse acts at t0, but along the normal that the bodies will have where they meet.
 ContactGeometry moved_back(const ContactGeometry& at, const Pose& planned_a, const Pose& planned_b,
@@ -56,12 +67,7 @@ ContactGeometry moved_back(const ContactGeometry& at, const Pose& planned_a, con
 double WorldState::margin_of(int a, int b) const {
     const auto ia = static_cast<std::size_t>(a);
     const auto ib = static_cast<std::size_t>(b);
-    const auto turning = [&](std::size_t i) {
-        return bodies.props[i].is_static() ? 0.0
-                                           : bodies.velocity[i].w.norm() * bodies.props[i].bounding_radius;
-    };
-    const double approach =
-        (bodies.velocity[ia].v - bodies.velocity[ib].v).norm() + turning(ia) + turning(ib);
+    const double approach = (bodies.velocity[ia].v - bodies.velocity[ib].v).norm() + rim_speed[ia] + rim_speed[ib];
     return h * (approach + h * settings.gravity.norm()) + margin_tolerances * settings.tolerance;
 }
 
@@ -180,10 +186,13 @@ void WorldState::find_contacts(StepReport& report) {
     {
         const StageClock clock(report, Stage::broad_phase);
         reach.resize(reported_count);
+        rim_speed.resize(reported_count);
         for (std::size_t i = 0; i < reported_count; ++i) {
             const Velocity& velocity = bodies.velocity[i];
-            const double speed = velocity.v.norm() + velocity.w.norm() * bodies.props[i].bounding_radius;
-            reach[i] = bodies.props[i].is_static() ? 0.0 : h * (speed + h * settings.gravity.norm());
+            rim_speed[i] = bodies.props[i].is_static() ? 0.0 : velocity.w.norm() * bodies.props[i].bounding_radius;
+            reach[i] = bodies.props[i].is_static()
+                           ? 0.0
+                           : h * (velocity.v.norm() + rim_speed[i] + h * settings.gravity.norm());
         }
         find_candidates();
     }
@@ -194,13 +203,19 @@ void WorldState::find_contacts(StepReport& report) {
                                       box_pose[i].orientation.coeffs() != bodies.pose[i].orientation.coeffs());
     }
     update_axes(bodies.pose, moved);
-    std::vector<PairContacts> found = pairs_of_candidates();
+    near.clear();
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+        if (!are_boxes(candidates[k]) || axes[k].separation() <= margin_of(candidates[k].a, candidates[k].b)) {
+            near.push_back(k);
+        }
+    }
+    std::vector<PairContacts> found = known_pairs();
     workers.run(
-        candidates.size(),
+        near.size(),
         [&](std::size_t first, std::size_t last) {
             std::vector<Contact> contacts;
-            for (std::size_t k = first; k < last; ++k) {
-                find_pair_contacts(k, contacts, found[k]);
+            for (std::size_t i = first; i < last; ++i) {
+                find_pair_contacts(near[i], contacts, found[i]);
             }
         },
         least_shared);
@@ -212,20 +227,22 @@ void WorldState::find_contacts(StepReport& report) {
     report.manifolds = static_cast<int>(pairs.size());
 }
 
-/// For each candidate what the last step remembers of it, taken out of `pairs`; without contacts where that is nothing.
-std::vector<PairContacts> WorldState::pairs_of_candidates() {
+/// For each candidate in `near` what the last step remembers of it, taken out of `pairs`; without contacts where that is
+/// nothing.
+std::vector<PairContacts> WorldState::known_pairs() {
     const auto key = [](const PairContacts& p) { return BodyPair{p.manifold.body_a, p.manifold.body_b}; };
     if (sorted_pairs < pairs.size()) {
         std::ranges::sort(pairs, {}, key);
     }
-    std::vector<PairContacts> known(candidates.size());
+    std::vector<PairContacts> known(near.size());
     auto pair = pairs.begin();
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-        while (pair != pairs.end() && key(*pair) < candidates[k]) {
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        const BodyPair& candidate = candidates[near[i]];
+        while (pair != pairs.end() && key(*pair) < candidate) {
             ++pair;
         }
-        if (pair != pairs.end() && key(*pair) == candidates[k]) {
-            known[k] = std::move(*pair++);
+        if (pair != pairs.end() && key(*pair) == candidate) {
+            known[i] = std::move(*pair++);
         }
     }
     return known;
@@ -240,23 +257,31 @@ void WorldState::find_pair_contacts(std::size_t k, std::vector<Contact>& contact
     const Shape& shape_b = bodies.props[b].shape;
     const double margin = margin_of(candidate.a, candidate.b);
     contacts.clear();
-    if (!are_boxes(candidate)) {
+    if (are_boxes(candidate)) {
+        find_box_contacts(std::get<Box>(shape_a), bodies.pose[a], std::get<Box>(shape_b), bodies.pose[b], axes[k], margin,
+                          contacts);
+    } else {
         sim::find_contacts(shape_a, bodies.pose[a], shape_b, bodies.pose[b], margin, contacts);
-    } else if (axes[k].separation() <= margin) {
-        find_box_contacts(std::get<Box>(shape_a), bodies.pose[a], std::get<Box>(shape_b), bodies.pose[b], axes[k],
-                          margin, contacts);
     }
-    const bool is_known = !pair.manifold.contacts.empty();
-    pair.manifold.contacts.assign(contacts.begin(), contacts.end());
-    if (contacts.empty()) {
-        return;
-    }
-    if (!is_known) {
+    if (pair.manifold.contacts.empty()) {
         pair.manifold.body_a = candidate.a;
         pair.manifold.body_b = candidate.b;
         pair.material = pair_material(bodies.props[a], bodies.props[b]);
     }
-    match_memory(pair, reach_of(candidate));
+    const bool same_features =
+        pair.memory.size() == contacts.size() && std::ranges::equal(contacts, pair.manifold.contacts, {}, id_of, id_of);
+    if (!same_features) {
+        keep_cores(pair);
+    }
+    pair.manifold.contacts.assign(contacts.begin(), contacts.end());
+    if (contacts.empty()) {
+        return;
+    }
+    if (same_features) {
+        pair.blocks = block_count(pair.manifold.contacts);
+    } else {
+        match_memory(pair, reach_of(candidate));
+    }
     sum_up(pair);
 }
 
@@ -401,6 +426,7 @@ void WorldState::replace_contacts(std::size_t index, const std::vector<Contact>&
         replaced.emplace_back(index, pair);
     }
     contact_solver.drop_contacts(bodies, pairs, static_cast<int>(index));
+    keep_cores(pair);
     pair.manifold.contacts = contacts;
     match_memory(pair, reach_of({pair.manifold.body_a, pair.manifold.body_b}));
     contact_solver.add_contacts(bodies, pairs, static_cast<int>(index), at_node);

@@ -66,7 +66,7 @@ struct WorldState {
     double margin_of(int a, int b) const;
     double reach_of(const BodyPair& pair) const;
     std::size_t pair_index(const BodyPair& pair) const;
-    std::vector<PairContacts> pairs_of_candidates();
+    std::vector<PairContacts> known_pairs();
     Snapshot take_snapshot(ContactDetail contacts) const;
 
     std::vector<std::string> names;
@@ -99,10 +99,12 @@ struct WorldState {
     JointSolver joint_rows; ///< at the present poses, for what the last impulses owe
     BroadPhase broad_phase;
     std::vector<double> reach; ///< [m] that each body may move in the step
+    std::vector<double> rim_speed; ///< [m/s] of its outermost point by its rotation
     std::vector<Pose> searched_pose;    ///< when the candidates were searched for
     std::vector<double> searched_reach; ///< [m] that each body may be away from there
     std::vector<Bounds> boxes;
     std::vector<BodyPair> candidates;
+    std::vector<std::size_t> near; ///< candidates that may touch in the step
     std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
     std::size_t sorted_pairs = 0;    ///< length of the ascending part
     std::vector<std::pair<std::size_t, PairContacts>> replaced; ///< by repair: index into pairs, and what was found there
