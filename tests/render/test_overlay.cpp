@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
 using namespace render;
@@ -101,6 +102,32 @@ TEST(overlay, impulses_point_the_way_the_moving_body_is_pushed) {
                           pixel(pair.plain, width / 2, height / 2 - 20)),
               0.1f);
     EXPECT_EQ(pixel(pair.drawn, width / 2, height / 2 + 20), pixel(pair.plain, width / 2, height / 2 + 20));
+}
+
+// An impact that stops a body of 2 kg after a fall of 0.05 view distances has an arrow of that length; twice the impulse,
+// twice the length: 1 m.
+TEST(overlay, impacts_have_arrows_of_their_own_colour_and_scale) {
+    sim::SceneDef scene = cube_scene();
+    show(scene, sim::Shown::impulses);
+    scene.bodies[0].mass.mass = 0.0;
+    scene.bodies[1].mass.mass = 2.0;
+    const sim::CameraKey& key = scene.cameras.front().keys.front();
+    const double length = 0.05 * (key.eye - key.target).norm();
+    sim::Snapshot snapshot = sample::start(scene);
+    snapshot.impacts = {contact_at(0, -1, 1, true)};
+    snapshot.impacts[0].impulse.z() =
+        static_cast<float>(-2.0 * 2.0 * std::sqrt(2.0 * scene.step.gravity.norm() * length));
+    const Pair pair = draw(scene, snapshot);
+    const auto above = static_cast<int>(0.5 * 2.0 * length * 36.63);
+    // The line is less than a pixel wide: between the body's colour and its own.
+    const glm::vec3 found = pixel(pair.drawn, width / 2, height / 2 - above);
+    const glm::vec3 before = pixel(pair.plain, width / 2, height / 2 - above);
+    EXPECT_LT(glm::length(found - category_color(3)), 0.75f * glm::length(before - category_color(3)));
+    EXPECT_LT(glm::length(found - category_color(3)), 0.75f * glm::length(found - category_color(1)));
+    for (const int beyond : {-12, static_cast<int>(2.0 * length * 36.63) + 12}) {
+        EXPECT_EQ(pixel(pair.drawn, width / 2, height / 2 - beyond),
+                  pixel(pair.plain, width / 2, height / 2 - beyond));
+    }
 }
 
 TEST(overlay, a_contact_behind_the_camera_is_left_out) {
