@@ -24,8 +24,6 @@ constexpr int changed_levels = 4;
 /// A body that covers fewer pixels is not said to be missing: an edge's noise may hide it.
 constexpr std::int64_t least_pixels = 4;
 constexpr double least_distance = 1e-9; ///< [m] positions are written with all digits; this is rounding
-constexpr double least_explained = 0.55;
-constexpr int search_reach = 6; ///< [px]
 
 /// What one body covers in one image.
 struct Cover {

@@ -22,6 +22,11 @@ std::vector<Area> find_areas(const DifferenceMap& map, int level);
 /// Parts of an area in squares of `side` pixels that overlap by half, in order of their places.
 std::vector<Area> split_area(const Area& area, const DifferenceMap& map, int level, int side);
 
+/// A shift counts if it explains this share [-] of the squared differences: fits to the noise of edges are worse.
+inline constexpr double least_explained = 0.55;
+/// Whole shifts that are tried [px].
+inline constexpr int search_reach = 6;
+
 /// The shift u, so that candidate(x) = reference(x - u) out of focus, that leaves least of the squared differences
 /// on the area's pixels: Lucas & Kanade 1981, iterated, from zero or from the best whole shift of up to `reach`
 /// pixels.

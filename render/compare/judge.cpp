@@ -25,9 +25,8 @@ constexpr double spot_grant = 0.5;
 
 /// Clusters are pixels whose smooth difference is above this.
 constexpr int cluster_levels = 8;
-/// A shift counts if it explains this share of a cluster of at least so many pixels: fits to the noise of edges
-/// are worse or smaller. What is large may have reflections that do not move with it.
-constexpr double least_explained = 0.55;
+/// A shift counts if it explains enough of a cluster of at least so many pixels. What is large may have reflections that do
+/// not move with it.
 constexpr std::int64_t least_cluster_pixels = 30;
 constexpr double least_explained_of_large = 0.4;
 constexpr std::int64_t large_cluster_pixels = 100;
@@ -40,8 +39,6 @@ constexpr int part_side = 48;
 /// Fits of one picture at most. One takes 0.1 to 0.4 ms.
 constexpr std::size_t most_fits = 32;
 constexpr std::size_t most_fits_if_changed = 8;
-/// Whole shifts that are tried [px].
-constexpr int search_reach = 6;
 constexpr std::size_t most_clusters = 16;
 
 /// Gates of one pair in the making.

@@ -14,10 +14,9 @@
 namespace diff {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 namespace {
-
-using Json = nlohmann::json;
 
 // As in the list of the page: what could not be compared, changed, noise, identical.
 int severity(const Json& item) {
