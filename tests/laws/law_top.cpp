@@ -154,13 +154,15 @@ TEST(law_top, the_wrong_shape_or_too_little_spin_never_reaches_the_stem) {
     }
 }
 
-/// Started rolling, slowly enough that friction can hold it, it must go on rolling; what slips must vanish
-/// with h.
+/// Started rolling, slowly enough that friction can hold it, it must go on rolling: what slips must vanish with h. From a
+/// twentieth of the speed at which the contact point moves over the surface on it is said to slip.
 TEST(law_top, a_top_that_starts_rolling_goes_on_rolling) {
+    constexpr double speed_of_contact = 0.08; // [m/s]
     TopCase c = top_cases[0];
     c.spin = 20.0;
-    std::vector<double> slips;
-    for (const Rational h : {microseconds(4000), microseconds(2000), microseconds(1000), microseconds(500)}) {
+    double last = 0.0, rolls_below = 0.0;
+    for (const int step : {64000, 32000, 16000, 8000, 4000, 2000, 1000, 500}) {
+        const Rational h = microseconds(step);
         sim::SceneDef scene = top_scene(c, 0.3, h);
         const Vec3 arm = scene.bodies[1].pose.orientation * Vec3(0, 0, c.a * c.radius) - Vec3(0, 0, c.radius);
         scene.bodies[1].velocity = -scene.bodies[1].angular_velocity.cross(arm);
@@ -172,11 +174,14 @@ TEST(law_top, a_top_that_starts_rolling_goes_on_rolling) {
             return true;
         });
         record({"tippe top, started rolling", "largest slip in 1 s [m/s]", h.value(), largest, no_value});
-        slips.push_back(largest);
+        rolls_below = rolls_below == 0.0 && largest < 0.05 * speed_of_contact ? h.value() : rolls_below;
+        if (step <= 2000) {
+            EXPECT_LT(largest, 0.6 * last) << "h " << h.value();
+        }
+        last = largest;
     }
-    // The speed of the contact point over the surface is 0.08 m/s; its direction turns by spin h a step.
-    EXPECT_LT(slips[2], 1e-3);
-    EXPECT_LT(slips[3], 0.6 * slips[1]);
+    record({"tippe top, started rolling", "rolls on at steps up to [s]", no_value, rolls_below, no_value});
+    EXPECT_GE(rolls_below, 1e-3);
 }
 
 } // namespace
