@@ -4,14 +4,6 @@
 namespace sim {
 namespace {
 
-/// v and w of the bodies in the lanes.
-LANES_INLINE void gather(const double* velocity, const int* body, Real rows[8]) {
-    for (int l = 0; l < lane_count; ++l) {
-        rows[l] = load(velocity + 8 * body[l]);
-    }
-    transpose(rows);
-}
-
 LANES_INLINE void scatter(double* velocity, const int* body, unsigned moves, Real rows[8]) {
     transpose(rows);
     for (int l = 0; l < lane_count; ++l) {

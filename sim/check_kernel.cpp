@@ -10,12 +10,9 @@ struct Motion {
     Real3 v, w;
 };
 
-LANES_INLINE Motion gather(const double* velocity, const int* body) {
+LANES_INLINE Motion motion_of(const double* velocity, const int* body) {
     Real rows[8];
-    for (int l = 0; l < lane_count; ++l) {
-        rows[l] = load(velocity + 8 * body[l]);
-    }
-    transpose(rows);
+    gather(velocity, body, rows);
     return {{rows[0], rows[1], rows[2]}, {rows[3], rows[4], rows[5]}};
 }
 
@@ -33,8 +30,8 @@ LANES_INLINE Real gather_radius(const double* radius, const int* body) {
 
 /// How far the gaps may be from linear [m]: turning and moving between two predicted poses, to second order.
 LANES_INLINE Real bend(const BatchCheck& check, const BlockBatch& batch, const Motion& a, const Motion& b) {
-    const Motion a0 = gather(check.measured, batch.a);
-    const Motion b0 = gather(check.measured, batch.b);
+    const Motion a0 = motion_of(check.measured, batch.a);
+    const Motion b0 = motion_of(check.measured, batch.b);
     const Real turn_a = max(norm(a.w), norm(a0.w));
     const Real turn_b = max(norm(b.w), norm(b0.w));
     const Real bound = norm(a.w - a0.w) * turn_a * gather_radius(check.radius, batch.a) +
@@ -48,8 +45,8 @@ double KERNEL(const BatchCheck& check) {
     double worst = 0.0;
     for (std::size_t i = 0; i < check.batch_count; ++i) {
         const BlockBatch& batch = check.batches[i];
-        const Motion a = gather(check.velocity, batch.a);
-        const Motion b = gather(check.velocity, batch.b);
+        const Motion a = motion_of(check.velocity, batch.a);
+        const Motion b = motion_of(check.velocity, batch.b);
         const Real3 u = a.v + cross(a.w, load3(batch.r_a)) - (b.v + cross(b.w, load3(batch.r_b)));
         const Real3 w = a.w - b.w;
         const Real u_n = dot(load3(batch.frame + 6), u);

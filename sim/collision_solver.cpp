@@ -110,6 +110,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             if (at.gap > std::max(reach, approach * shortest)) {
                 continue;
             }
+            const double approach_now = approach;
             if (pass == 0) {
                 approach = std::max(approach, pair.memory[i].approach_speed);
             }
@@ -120,7 +121,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
                 energy_owed_ += pair.memory[i].energy_taken;
             }
             if (impacts != nullptr) {
-                sources_.emplace_back(k, i);
+                sources_.push_back({k, i, approach_now});
             }
             geometry_.push_back(at);
             targets_.push_back(restitution_in_pass(pair.material.restitution, pass) * approach);
@@ -214,19 +215,20 @@ double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velo
 void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pass) {
     for (const ContactBlock& block : loop_.blocks) {
         for (int k = block.first; k < block.first + block.count; ++k) {
-            const auto [pair, contact] = sources_[static_cast<std::size_t>(k)];
+            const auto& [pair, contact, approach] = sources_[static_cast<std::size_t>(k)];
             const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
             const ContactGeometry& at = pairs[pair].manifold.contacts[contact].at;
             const ContactMemory& memory = pairs[pair].memory[contact];
-            Vec3 impulse = block.frame * Vec3(point.p_t.x(), point.p_t.y(), point.p_n);
+            Vec3 impulse(point.p_t.x(), point.p_t.y(), point.p_n); // in the block's frame
             if (pass == 0 && memory.approach_speed > 0.0) {
-                impulse += memory.p_n * at.n + memory.p_t;
+                // That impulse p took the speed from approach_speed to about what is left of it: its work over their mean.
+                impulse.z() += 2.0 * memory.energy_taken / (memory.approach_speed + std::max(approach, 0.0));
             }
             const Vec3 middle = 0.5 * (at.a + at.b);
             impacts->push_back({{block.a, block.b},
                                 middle.cast<float>(),
                                 at.n.cast<float>(),
-                                impulse.cast<float>(),
+                                (block.frame * impulse).cast<float>(),
                                 block.is_sticking});
         }
     }

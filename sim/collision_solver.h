@@ -52,7 +52,12 @@ private:
     TogetherSweeps together_; ///< over few blocks
     std::vector<ContactGeometry> geometry_; ///< of one pair
     std::vector<double> targets_;           ///< of one pair [m/s]
-    std::vector<std::pair<std::size_t, std::size_t>> sources_; ///< [points] pair and contact, where impacts are asked for
+    struct Source {
+        std::size_t pair = 0;
+        std::size_t contact = 0;
+        double approach = 0.0; ///< [m/s] as the pass begins
+    };
+    std::vector<Source> sources_; ///< [points], where impacts are asked for
     std::vector<ContactPoint> elastic_; ///< [points] before energy was taken away, the same
     std::vector<char> changed_;             ///< [body_count] by the pass before
     std::vector<char> quiet_;               ///< [pairs] in this pass

@@ -224,6 +224,14 @@ LANES_INLINE void transpose(Real x[8]) {
 #endif
 }
 
+/// v (rows 0 to 2) and w (3 to 5) of the body in each lane, of rows of 64 bytes.
+LANES_INLINE void gather(const double* velocity, const int* body, Real rows[8]) {
+    for (int l = 0; l < lane_count; ++l) {
+        rows[l] = load(velocity + 8 * body[l]);
+    }
+    transpose(rows);
+}
+
 struct Real3 {
     Real x, y, z;
 };

@@ -20,13 +20,6 @@ LANES_INLINE void gather(const BodyRows* bodies, const int* body, Real rows[16])
     transpose(rows + 8);
 }
 
-LANES_INLINE void gather(const double* velocity, const int* body, Real rows[8]) {
-    for (int l = 0; l < lane_count; ++l) {
-        rows[l] = load(velocity + 8 * body[l]);
-    }
-    transpose(rows);
-}
-
 LANES_INLINE void gather_rows(double* const* from, int offset, Real rows[8]) {
     for (int l = 0; l < lane_count; ++l) {
         rows[l] = load(from[l] + offset);

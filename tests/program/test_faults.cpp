@@ -145,6 +145,8 @@ TEST_F(faults, a_full_disk_is_told_for_every_file_of_a_run) {
     ASSERT_EQ(tumble(run.substr(0, run.find("--out")) + "--out whole").code, 0);
     const std::string stills = "join whole/block --quiet --poster 0 --sheet 2 --webp --out disk";
     full.merge(expect_told(on_small_disks(stills, "4 8 12 16 20")));
+    const std::string film = "render whole/block/trajectory.h5 --no-png --size 640x360 --quiet --out disk";
+    full.merge(expect_told(on_small_disks(film, "4 8")));
     for (const char* name :
          {"trajectory.h5", "frame_000000.png", "summary.json", "block.mp4", "block_sheet.png"}) {
         EXPECT_TRUE(full.contains(name)) << name << " was never the file without room";

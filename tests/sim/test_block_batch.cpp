@@ -10,7 +10,7 @@ using namespace sim;
 
 namespace sim {
 double block_kernel_baseline(const BatchSweep& sweep);
-#if defined(__x86_64__)
+#if defined(TUMBLE_X86_KERNELS)
 double block_kernel_avx2(const BatchSweep& sweep);
 double block_kernel_avx512(const BatchSweep& sweep);
 #endif
@@ -166,7 +166,7 @@ TEST(block_batch, errors_left_are_those_of_the_points) {
 
 TEST(block_batch, instruction_sets_agree_to_the_last_bit) {
     std::vector<double (*)(const BatchSweep&)> kernels{block_kernel_baseline};
-#if defined(__x86_64__)
+#if defined(TUMBLE_X86_KERNELS)
     if (__builtin_cpu_supports("avx2")) {
         kernels.push_back(block_kernel_avx2);
     }

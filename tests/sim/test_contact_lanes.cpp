@@ -10,7 +10,7 @@ using namespace sim;
 
 namespace sim {
 double rest_kernel_baseline(const RestWork& work);
-#if defined(__x86_64__)
+#if defined(TUMBLE_X86_KERNELS)
 double rest_kernel_avx2(const RestWork& work);
 double rest_kernel_avx512(const RestWork& work);
 #endif
@@ -240,7 +240,7 @@ struct AnyBatches {
 
 TEST(contact_lanes, instruction_sets_agree_to_the_last_bit) {
     std::vector<double (*)(const RestWork&)> kernels{rest_kernel_baseline};
-#if defined(__x86_64__)
+#if defined(TUMBLE_X86_KERNELS)
     if (__builtin_cpu_supports("avx2")) {
         kernels.push_back(rest_kernel_avx2);
     }
