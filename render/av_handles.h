@@ -8,10 +8,19 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
+#include <array>
 #include <memory>
 #include <mutex>
+#include <string>
 
 namespace render {
+
+/// What an error code of libav means.
+inline std::string av_text(int code) {
+    std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
+    av_strerror(code, text.data(), text.size());
+    return text.data();
+}
 
 struct AvDeleter {
     void operator()(AVCodecContext* p) const noexcept { avcodec_free_context(&p); }

@@ -25,10 +25,6 @@ constexpr double rod_radius_in_views = 0.0014;
 /// Cells that the occlusion volume reaches beyond the bodies.
 constexpr float occlusion_margin_cells = 4.0f;
 
-glm::vec3 to_glm(const Vec3& v) {
-    return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
 glm::dvec3 to_glm_double(const Vec3& v) {
     return {v.x(), v.y(), v.z()};
 }

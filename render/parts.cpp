@@ -18,22 +18,6 @@ using sim::Vec3;
 /// stays within 0.35 px of the circle, and smooth edges know the circle.
 constexpr std::array<double, mesh_id::sphere_count - 1> sphere_pixels{18.0, 73.0, 290.0};
 
-glm::vec3 to_glm(const Vec3& v) {
-    return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
-glm::vec4 to_glm(const sim::Quat& q) {
-    return {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
-            static_cast<float>(q.w())};
-}
-
-template <class... Fs>
-struct Overload : Fs... {
-    using Fs::operator()...;
-};
-template <class... Fs>
-Overload(Fs...) -> Overload<Fs...>;
-
 /// Collects the parts of all bodies and joints.
 class PartCollector {
 public:

@@ -20,17 +20,6 @@ constexpr double floor_extent_in_views = 14.0;
 constexpr double cells_across_body = 6.0;
 constexpr double most_occlusion_cells = 2e5;
 
-glm::vec3 to_glm(const Vec3& v) {
-    return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
-template <class... Fs>
-struct Overload : Fs... {
-    using Fs::operator()...;
-};
-template <class... Fs>
-Overload(Fs...) -> Overload<Fs...>;
-
 /// Light of a scene whose ground has the colour `floor`; without one the horizon's light comes from below
 /// too.
 LightBlock make_light(const sim::LightDef& light, const std::optional<glm::vec3>& floor) {

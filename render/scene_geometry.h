@@ -11,6 +11,22 @@
 
 namespace render {
 
+inline glm::vec3 to_glm(const sim::Vec3& v) {
+    return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+inline glm::vec4 to_glm(const sim::Quat& q) {
+    return {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
+            static_cast<float>(q.w())};
+}
+
+/// A visitor of several lambdas.
+template <class... Fs>
+struct Overload : Fs... {
+    using Fs::operator()...;
+};
+template <class... Fs>
+Overload(Fs...) -> Overload<Fs...>;
+
 /// Distance between eye and target of the camera's first key [m]: the length scale of the picture, constant in
 /// time.
 double view_scale(const sim::CameraDef& camera);

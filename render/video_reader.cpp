@@ -3,23 +3,10 @@
 #include "render/av_handles.h"
 #include "sim/error.h"
 
-#include <array>
-#include <string>
-
 namespace render {
-
-namespace {
 
 using sim::Error;
 using sim::ExitCode;
-
-std::string av_text(int code) {
-    std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
-    av_strerror(code, text.data(), text.size());
-    return text.data();
-}
-
-} // namespace
 
 struct VideoReader::Impl {
     std::filesystem::path path;

@@ -9,7 +9,6 @@ extern "C" {
 }
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <limits>
 
@@ -36,12 +35,6 @@ constexpr int chroma_left_v = 128; // between the two rows
 
 int even(int size) {
     return size + size % 2;
-}
-
-std::string av_text(int code) {
-    std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
-    av_strerror(code, text.data(), text.size());
-    return text.data();
 }
 
 } // namespace
