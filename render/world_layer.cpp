@@ -2,6 +2,7 @@
 
 #include "render/camera.h"
 #include "render/palette.h"
+#include "render/scene_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,8 +16,8 @@ using sim::Vec3;
 
 /// A point counts as hidden if what is before it is nearer to the camera by this share of the distance.
 constexpr float depth_tolerance = 0.004f;
-/// Length of normals, of the arrow of an impact that stops a mean body after a fall of that length, and of the arrow of the impulse that carries a column of mean bodies, as high as the
-/// cube of all of them, for one step; in view distances.
+/// In view distances: length of normals, of the arrow of an impact that stops a mean body after a fall of that length, and
+/// of the arrow of the impulse that carries a column of mean bodies, as high as the cube of all of them, for one step.
 constexpr double normal_in_views = 0.022;
 constexpr double arrow_in_views = 0.05;
 /// Opacity of what lies behind bodies.
@@ -31,10 +32,6 @@ const glm::vec3 sticking_color = category_color(1);
 const glm::vec3 sliding_color = category_color(5);
 /// Impacts: yellow.
 const glm::vec3 impact_color = category_color(3);
-
-glm::vec3 to_glm(const Vec3& v) {
-    return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
 
 glm::vec3 to_glm(const Eigen::Vector3f& v) {
     return {v.x(), v.y(), v.z()};

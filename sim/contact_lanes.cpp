@@ -8,6 +8,7 @@
 namespace sim {
 namespace {
 
+static_assert(most_points == block_size);
 static_assert(offsetof(ContactGeometry, n) == sizeof(double) && offsetof(ContactGeometry, a) == 4 * sizeof(double) &&
                   sizeof(ContactGeometry) >= 8 * sizeof(double),
               "rest_kernel.cpp reads gap, n and a");

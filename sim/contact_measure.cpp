@@ -13,8 +13,8 @@ namespace {
 /// Flat contacts are not measured again where that changes gaps by less than this share [-] of the tolerance.
 constexpr double linear_share = 0.02;
 
-/// As wander_share, of the lowest point of a rim that falls flat or circles, as a share [-] of the rim's radius: a step turns what
-/// rolls by less. The far side is then held by the points fixed to the rim.
+/// As wander_share, of the lowest point of a rim that falls flat or circles, as a share [-] of the rim's radius: a step
+/// turns what rolls by less. The far side is then held by the points fixed to the rim.
 constexpr double rim_wander_share = 0.5;
 
 /// Has the touch left the material points that touched as the interval began, so far that they have to stand for it?
@@ -225,8 +225,7 @@ ContactSolver::Displacement ContactSolver::displacement(const Bodies& bodies, co
     if (is_curved(feature)) {
         // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
         const Vec3 fall = 0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_);
-        return {at.gap, h_ * (tangential_velocity(point, of.twist) +
-                              tangents.transpose() * fall)};
+        return {at.gap, h_ * (tangential_velocity(point, of.twist) + tangents.transpose() * fall)};
     }
     return {at.gap, tangents.transpose() * (d - d.dot(at.n) * at.n)};
 }

@@ -9,15 +9,6 @@ namespace sim {
 void match_memory(PairContacts& pair, double reach) {
     const std::vector<Contact>& contacts = pair.manifold.contacts;
     pair.blocks = block_count(contacts);
-    const auto same_id = [](const Contact& contact, const ContactMemory& memory) {
-        return contact.feature.id == memory.id;
-    };
-    if (std::ranges::equal(contacts, pair.memory, same_id)) {
-        for (std::size_t i = 0; i < contacts.size(); ++i) {
-            pair.memory[i].core_a = contacts[i].feature.core_a;
-        }
-        return;
-    }
     const std::vector<ContactMemory> old = std::exchange(pair.memory, std::vector<ContactMemory>(contacts.size()));
     std::uint64_t used = 0; // a bit for each of the old ones; more than 64 are found by their ids only
     const auto is_used = [&](std::size_t j) { return j < 64 && (used >> j & 1u) != 0; };

@@ -48,7 +48,8 @@ void ContactSolver::tell_forces(const Bodies& bodies) {
             RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
             const double p_n = loop_.points[static_cast<std::size_t>(k)].p_n;
             const double force = std::max(contact.load, weight);
-            contact.force_share = (is_hit || contact.load > 0.0 || contact.restarts) && p_n > largest_growth * force ? force / p_n : 1.0;
+            const bool may_answer = is_hit || contact.load > 0.0 || contact.restarts;
+            contact.force_share = may_answer && p_n > largest_growth * force ? force / p_n : 1.0;
         }
     }
 }

@@ -11,10 +11,10 @@
 namespace sim {
 namespace {
 
-/// Gaps in the soft band are closed by this share [-] of them a step; more slowly where the tolerance is loose: sweeps that take away the share s of an error in velocity, from impulses
-/// that each step starts from whole, act on a heap as a damper s, a spring s and the integral of a spring, s times
-/// gap_relaxation; that comes to rest only where gap_relaxation < s (Routh), and the slowest motion of a tower of 20
-/// solved by a few sweeps a step has s = 0.01 or less.
+/// Gaps in the soft band are closed by this share [-] of them a step; more slowly where the tolerance is loose: sweeps
+/// that take away the share s of an error in velocity, from impulses that each step starts from whole, act on a heap as
+/// a damper s, a spring s and the integral of a spring, s times gap_relaxation; that comes to rest only where
+/// gap_relaxation < s (Routh), and the slowest motion of a tower of 20 solved by a few sweeps a step has s = 0.01 or less.
 constexpr double gap_relaxation = 0.1;
 constexpr double loose_gap_relaxation = 0.003;
 

@@ -39,8 +39,8 @@ inline constexpr double soft_band = 0.5;
 /// approaches slowly, rather than carry a load.
 inline constexpr double largest_stretch = 100.0;
 
-/// Next to an impact held ahead an impulse so many times [-] that of the last step's force, or that of the weight, is an
-/// answer to the impact and not a force.
+/// Next to an impact held ahead, just after an impact, or where there was a force, an impulse so many times [-] that of the
+/// last step's force, and of the weight, answers an impact and is no force.
 inline constexpr double largest_growth = 2.0;
 
 /// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
@@ -66,7 +66,7 @@ struct RestingContact {
     double u_n_before = 0.0;     ///< [m/s] normal velocity before any impulse
     double load = 0.0;           ///< [N s] that the force of the last step would give in this interval
     bool restarts = false;       ///< an impact at t0 ended the force of the last step
-    double force_share = 1.0;    ///< [-] of its impulse that is a force; the rest answers an impact held ahead
+    double force_share = 1.0;    ///< [-] of its impulse that is a force; the rest answers an impact
 };
 
 /// Sets point_a and point_b of a contact of the block as the interval begins.
@@ -97,8 +97,9 @@ public:
     void prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                  std::span<const JointMemory> joint_memory, const StepSettings& settings, double h);
 
-    /// Adds the contacts of pair `pair`. at_node [body_count]: velocities at t0, after its collisions; a contact that approaches
-    /// faster than the resting threshold even so was not there to collide, and counts as placed before its impact.
+    /// Adds the contacts of pair `pair`. at_node [body_count]: velocities at t0, after its collisions; a contact that
+    /// approaches faster than the resting threshold even so was not there to collide, and counts as placed before its
+    /// impact.
     void add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair,
                       std::span<const Velocity> at_node);
 

@@ -6,6 +6,8 @@
 
 namespace sim {
 
+inline constexpr int most_points = 9; ///< of a block: block_size
+
 /// Two rows of 64 bytes of a body. As the interval begins: position (3), inverse mass, inverse inertia tensor
 /// (xx xy xz yy yz zz). As predicted at its end: rotation since then (row by row), position.
 struct alignas(64) BodyRows {

@@ -6,7 +6,6 @@
 namespace sim {
 namespace {
 
-constexpr int most_points = 9; ///< block_size
 constexpr double infinity = __builtin_inf();
 constexpr double never = -1e300; ///< target of a point that is not there
 

@@ -211,7 +211,8 @@ SectionSpec output_section() {
                 {"shadow_size", integer, "px", none, "side of the shadow map: 512, 1024, 2048", {64, 8192}, ""},
                 {"crf", integer, "", none, "rate factor of the film, 0: lossless: 23, 18, 16", {0, 51}, ""},
                 {"effort", choice, "", none,
-                 "of the film's encoder, against its size: ultrafast, veryfast, medium", any,
+                 "of the film's encoder, against its size: ultrafast, veryfast (searching less for motion than x264's "
+                 "own), medium", any,
                  "ultrafast superfast veryfast faster fast medium slow slower veryslow"},
                 {"shutter", number, "", "0",
                  "motion blur: share of the time between two frames in which the shutter is open", unit_interval,
