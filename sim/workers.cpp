@@ -26,7 +26,7 @@ void wait_for_change(const std::atomic<std::size_t>& value, std::size_t old) {
 
 } // namespace
 
-Workers::Workers(int threads) {
+Workers::Workers(int threads) : begun_(static_cast<std::size_t>(threads)) {
     for (int i = 1; i < threads; ++i) {
         threads_.emplace_back([this, i] { serve(static_cast<std::size_t>(i)); });
     }
@@ -51,15 +51,25 @@ void Workers::do_part(std::size_t part) const {
     }
 }
 
+/// Each part of a loop is begun once: by its own thread or, where that is late, by the caller's. Until then the loop
+/// goes on, so a thread that begins a part finds its task.
+bool Workers::begin_part(std::size_t part, std::size_t loop) {
+    std::size_t before = loop - 1;
+    return begun_[part].compare_exchange_strong(before, loop, std::memory_order_acq_rel);
+}
+
 void Workers::serve(std::size_t part) {
-    for (std::size_t done = 0;; ++done) {
-        wait_for_change(loop_, done);
+    for (std::size_t seen = 0;;) {
+        wait_for_change(loop_, seen);
         if (stop_) {
             return;
         }
-        do_part(part);
-        if (--running_ == 0) {
-            running_.notify_one();
+        seen = loop_;
+        if (begin_part(part, seen)) {
+            do_part(part);
+            if (--running_ == 0) {
+                running_.notify_one();
+            }
         }
     }
 }
@@ -73,9 +83,15 @@ void Workers::run_task(const Task& task) {
     }
     task_ = task;
     running_ = threads_.size();
-    ++loop_;
+    const std::size_t loop = ++loop_;
     loop_.notify_all();
     do_part(0);
+    for (std::size_t part = threads_.size(); part > 0; --part) {
+        if (begin_part(part, loop)) {
+            do_part(part);
+            --running_;
+        }
+    }
     for (std::size_t left = running_; left != 0; left = running_) {
         wait_for_change(running_, left);
     }

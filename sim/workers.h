@@ -20,7 +20,8 @@ public:
 
     /// Calls work(first, last) for ranges that cover 0..count once, and returns when all are done. The ranges
     /// run in any order, so `work` may write only to its own elements. It must not throw. Fewer than `least` are not
-    /// worth while to be shared: the caller's thread does them.
+    /// worth while to be shared: the caller's thread does them, as it does the range of a thread that has not begun
+    /// when its own is done (where other programs keep that thread waiting).
     template <typename Work>
     void run(std::size_t count, Work&& work, std::size_t least = 1) {
         if (count < least) {
@@ -49,11 +50,13 @@ private:
     void run_task(const Task& task);
     void serve(std::size_t part);
     void do_part(std::size_t part) const;
+    bool begin_part(std::size_t part, std::size_t loop);
 
     std::vector<std::thread> threads_;
     Task task_;
     std::atomic<std::size_t> loop_ = 0;    ///< number of the loop under way
-    std::atomic<std::size_t> running_ = 0; ///< threads still in it
+    std::atomic<std::size_t> running_ = 0; ///< parts of it, but for the caller's, that are not done
+    std::vector<std::atomic<std::size_t>> begun_; ///< [thread] number of the last loop whose part has been begun
     std::atomic<bool> stop_ = false;
 };
 
