@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
 
 namespace sim {
 namespace {
@@ -18,6 +19,23 @@ constexpr double never = -1e300;
 /// Points of a lane in a batch that holds blocks of `count` points.
 int padded_count(int count) {
     return count <= 2 ? count : count <= 4 ? 4 : count <= 6 ? 6 : block_size;
+}
+
+/// The items in the order of their keys, small numbers; of equal ones in the order they have.
+template <typename Item, typename Key>
+std::vector<Item> sorted_by(const std::vector<Item>& items, Key&& key) {
+    std::vector<std::size_t> begin; // of each key's items
+    for (const Item& item : items) {
+        const auto k = static_cast<std::size_t>(key(item));
+        begin.resize(std::max(begin.size(), k + 2));
+        ++begin[k + 1];
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<Item> sorted(items.size());
+    for (const Item& item : items) {
+        sorted[begin[static_cast<std::size_t>(key(item))]++] = item;
+    }
+    return sorted;
 }
 
 void set_vector(Lanes* to, std::size_t lane, const Vec3& v) {
@@ -77,8 +95,8 @@ void ContactBlocks::plan(const Bodies& bodies) {
         int count;
         int block;
     };
-    std::vector<Place> places;
-    places.reserve(blocks.size());
+    std::vector<Place> unsorted;
+    unsorted.reserve(blocks.size());
     int alone = colour_limit;
     for (int i = 0; i < static_cast<int>(blocks.size()); ++i) {
         const ContactBlock& block = blocks[static_cast<std::size_t>(i)];
@@ -99,9 +117,9 @@ void ContactBlocks::plan(const Bodies& bodies) {
         } else {
             colour = alone++;
         }
-        places.push_back({colour, padded_count(block.count), i});
+        unsorted.push_back({colour, padded_count(block.count), i});
     }
-    std::ranges::stable_sort(places, {}, [](const Place& p) { return 16 * p.colour + p.count; });
+    const std::vector<Place> places = sorted_by(unsorted, [](const Place& p) { return 16 * p.colour + p.count; });
     // What each batch holds; those of a colour in an order that gives threads equal shares of large and small ones.
     struct Plan {
         std::size_t first;

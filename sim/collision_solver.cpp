@@ -47,9 +47,16 @@ double restitution_in_pass(double e, int pass) {
 /// Points of contact lie within this many bounding radii [-] of a body's centre.
 constexpr double outermost = 1.01;
 
-/// Can no contact of the pair collide? It is too slow, or farther apart than `reach` [m] and what it covers in `soon` [s].
-bool is_quiet(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, double threshold,
-              double reach, double soon) {
+/// What tells a collision in one pass.
+struct Pass {
+    int number = 0;
+    double threshold = 0.0; ///< [m/s] slower contacts rest
+    double reach = 0.0;     ///< [m] contacts farther apart do not touch,
+    double soon = 0.0;      ///< [s] unless they do within this time
+};
+
+/// Can no contact of the pair collide? It is too slow, or too far apart.
+bool is_quiet(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
     const auto a = static_cast<std::size_t>(pair.manifold.body_a);
     const auto b = static_cast<std::size_t>(pair.manifold.body_b);
     double fastest = (velocity[a].v - velocity[b].v).norm();
@@ -57,7 +64,34 @@ bool is_quiet(const Bodies& bodies, const PairContacts& pair, std::span<const Ve
         fastest += bodies.props[i].is_static() ? 0.0
                                                : outermost * bodies.props[i].bounding_radius * velocity[i].w.norm();
     }
-    return fastest < threshold || pair.least_gap > std::max(reach, fastest * soon);
+    return fastest < pass.threshold || pair.least_gap > std::max(pass.reach, fastest * pass.soon);
+}
+
+/// How fast a contact approaches [m/s]: now, and as it does in this pass: 0 if it is no collision.
+struct Approach {
+    double now = 0.0;
+    double in_pass = 0.0;
+};
+Approach approach_of(const Bodies& bodies, const PairContacts& pair, std::size_t i, std::span<const Velocity> velocity,
+                     const Pass& pass) {
+    const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+    const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+    const ContactGeometry& at = pair.manifold.contacts[i].at;
+    const Vec3 u_rel =
+        velocity[a].at(at.a - bodies.pose[a].position) - velocity[b].at(at.b - bodies.pose[b].position);
+    const double now = -u_rel.dot(at.n);
+    const double approach = pass.number == 0 ? std::max(now, pair.memory[i].approach_speed) : now;
+    const bool is_apart = at.gap > std::max(pass.reach, now * pass.soon);
+    return {now, is_apart || approach <= pass.threshold ? 0.0 : approach};
+}
+
+bool has_collision(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
+    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
+        if (approach_of(bodies, pair, i, velocity, pass).in_pass > 0.0) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /// from + s (to - from), body by body.
@@ -73,13 +107,14 @@ void blend(std::span<const Velocity> from, std::span<const Velocity> to, double 
 /// Blocks of this pass. Returns false if no contact is a collision.
 bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts> pairs,
                               const StepSettings& settings, std::span<const Velocity> velocity, int pass) {
-    const double threshold = resting_threshold(settings);
-    const double reach = std::max(touch_gap(settings), simultaneous_gap);
-    const double shortest = settings.impacts == ImpactHandling::stop ? shortest_interval(settings) : 0.0;
+    const Pass now{.number = pass,
+                   .threshold = resting_threshold(settings),
+                   .reach = std::max(touch_gap(settings), simultaneous_gap),
+                   .soon = settings.impacts == ImpactHandling::stop ? shortest_interval(settings) : 0.0};
     loop_.clear();
     sources_.clear();
     energy_owed_ = 0.0;
-    quiet_.resize(pairs.size());
+    collides_.resize(pairs.size());
     ends_.resize(pairs.size());
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
@@ -89,42 +124,31 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             // Where the pass before changed nothing, nothing has become a collision.
             const bool same = pass > 0 && joints_.empty() && changed_[static_cast<std::size_t>(ends_[k].first)] == 0 &&
                               changed_[static_cast<std::size_t>(ends_[k].second)] == 0;
-            quiet_[k] = same || (!(pass == 0 && pairs[k].was_ahead) &&
-                                 is_quiet(bodies, pairs[k], velocity, threshold, reach, shortest));
+            const bool was_held = pass == 0 && pairs[k].was_ahead;
+            collides_[k] = !same && (was_held || !is_quiet(bodies, pairs[k], velocity, now)) &&
+                           has_collision(bodies, pairs[k], velocity, now);
         }
     });
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-        if (quiet_[k] != 0) {
+        if (collides_[k] == 0) {
             continue;
         }
         const PairContacts& pair = pairs[k];
-        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
-        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
         geometry_.clear();
         targets_.clear();
         for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
-            const ContactGeometry& at = pair.manifold.contacts[i].at;
-            const Vec3 u_rel = velocity[a].at(at.a - bodies.pose[a].position) -
-                               velocity[b].at(at.b - bodies.pose[b].position);
-            double approach = -u_rel.dot(at.n);
-            if (at.gap > std::max(reach, approach * shortest)) {
-                continue;
-            }
-            const double approach_now = approach;
-            if (pass == 0) {
-                approach = std::max(approach, pair.memory[i].approach_speed);
-            }
-            if (approach <= threshold) {
+            const Approach approach = approach_of(bodies, pair, i, velocity, now);
+            if (approach.in_pass == 0.0) {
                 continue;
             }
             if (pass == 0) {
                 energy_owed_ += pair.memory[i].energy_taken;
             }
             if (impacts != nullptr) {
-                sources_.push_back({k, i, approach_now});
+                sources_.push_back({k, i, approach.now});
             }
-            geometry_.push_back(at);
-            targets_.push_back(restitution_in_pass(pair.material.restitution, pass) * approach);
+            geometry_.push_back(pair.manifold.contacts[i].at);
+            targets_.push_back(restitution_in_pass(pair.material.restitution, pass) * approach.in_pass);
         }
         const std::size_t first_block = loop_.blocks.size();
         const std::size_t first_point = loop_.points.size();

@@ -60,7 +60,7 @@ private:
     std::vector<Source> sources_; ///< [points], where impacts are asked for
     std::vector<ContactPoint> elastic_; ///< [points] before energy was taken away, the same
     std::vector<char> changed_;             ///< [body_count] by the pass before
-    std::vector<char> quiet_;               ///< [pairs] in this pass
+    std::vector<char> collides_;            ///< [pairs] in this pass
     std::vector<std::pair<int, int>> ends_; ///< [pairs] bodies a and b
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     JointSolver joints_;

@@ -161,8 +161,7 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
             ->type_name("N");
     }
     verb.add_option("--threads", options.threads,
-                    "Threads of the simulation, else one a core, less one while pictures are drawn; the "
-                    "result does not depend on it")
+                    "Threads of the simulation, else one a core; the result does not depend on it")
         ->type_name("N")
         ->check(whole_number(1, 1024));
     verb.add_option("--set", options.assignments, "Sets any key of the scene, such as light.sun_intensity=2")
@@ -348,9 +347,8 @@ sim::SceneDef load_scene(const std::string& path, const Options& options) {
     }
 }
 
-int thread_count(const Options& options, bool is_drawing) {
-    const int cores = static_cast<int>(std::thread::hardware_concurrency());
-    return options.threads > 0 ? options.threads : std::max(1, is_drawing ? cores - 1 : cores);
+int thread_count(const Options& options) {
+    return options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 } // namespace cmd

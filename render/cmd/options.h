@@ -80,9 +80,8 @@ sim::SceneDef load_scene(const std::string& path, const Options& options);
 /// ...".
 std::string as_typed(const std::string& message, const Options& options);
 
-/// Threads to simulate with, >= 1: those asked for, else one a core, less the one that draws at the same
-/// time.
-int thread_count(const Options& options, bool is_drawing);
+/// Threads to simulate with, >= 1: those asked for, else one a core. Those that draw at the same time share the cores.
+int thread_count(const Options& options);
 
 /// The verbs; each throws Error.
 /// tumble run: simulates, draws and encodes.

@@ -125,7 +125,7 @@ void work(Simulation& simulation, render::Film* film, const FrameRange& frames, 
 void run_slice(const sim::SceneDef& scene, const fs::path& folder, const Options& options) {
     const Clock::time_point start = Clock::now();
     const FrameRange frames = frame_range(options, frame_count_of(scene));
-    sim::World world(scene, thread_count(options, true));
+    sim::World world(scene, thread_count(options));
     const Workplace workplace(folder, Sharing::with_slices);
     prepare_frames(workplace, scene, true);
     render::Film film(scene, {.folder = folder,
@@ -148,7 +148,7 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
                bool has_pictures) {
     const Clock::time_point start = Clock::now();
     sim::World world(
-        scene, thread_count(options, has_pictures)); // first: a scene that cannot start leaves no folder
+        scene, thread_count(options)); // first: a scene that cannot start leaves no folder
     const Workplace workplace(folder);
     const bool has_png = has_pictures && !options.no_png;
     if (has_png) {
@@ -178,7 +178,7 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
     work(simulation, film.get(), {0, frame_count_of(scene)}, scene.name, workplace, options.is_quiet);
 
     sim::Summary summary = simulation.summary();
-    summary.threads = thread_count(options, has_pictures);
+    summary.threads = thread_count(options);
     summary.preset = preset_result(scene, simulation, options);
     summary.files.push_back(sim::describe_file(folder, trajectory_name));
     if (has_png) {
