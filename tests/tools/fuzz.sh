@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Usage: fuzz.sh PROGRAM NAME SECONDS [OPTION...]
-# Runs a fuzzer from tests/fuzz/corpus/NAME. Inputs that lead somewhere new go to out/fuzz/NAME/, those that fail to
-# out/fuzz/NAME-*.
+# Runs a fuzzer from tests/fuzz/corpus/NAME and what earlier runs found (found.tar.gz there). Inputs that lead somewhere
+# new go to out/fuzz/NAME/, those that fail to out/fuzz/NAME-*.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 program=$1 name=$2 seconds=$3 out=out/fuzz
 shift 3
 mkdir -p "$out/$name"
+tar -xzf tests/fuzz/corpus/found.tar.gz -C "$out" "$name"
 words=()
 if [ "$name" = scene ]; then
     # What is quoted on the page of keys, which is made from the reader's own table.
