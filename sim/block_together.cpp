@@ -11,15 +11,6 @@ namespace {
 /// With more blocks they are visited in batches.
 constexpr std::size_t most_blocks = 64;
 
-/// Sweeps of one solve before the impulses are carried on beyond them.
-constexpr int plain_sweeps = 20;
-
-/// Most of the last step [-] that the momentum repeats.
-constexpr double largest_momentum = 0.98;
-
-/// The momentum begins anew where the change by a sweep has grown by this factor [-] since it began.
-constexpr double momentum_growth = 2.0;
-
 Vec3 impulse_of(const ContactPoint& point) {
     return {point.p_t.x(), point.p_t.y(), point.p_n};
 }
@@ -62,7 +53,7 @@ void TogetherSweeps::begin(const ContactBlocks& loop, const Bodies& bodies) {
 }
 
 double TogetherSweeps::sweep(ContactBlocks& loop, const Bodies& bodies, std::span<Velocity> velocity) {
-    if (++sweeps_ > plain_sweeps) {
+    if (++sweeps_ > Momentum::plain_sweeps) {
         carry_on(loop, bodies, velocity);
     }
     change_ = 0.0;
@@ -88,8 +79,7 @@ void TogetherSweeps::carry_on(ContactBlocks& loop, const Bodies& bodies, std::sp
     if (carried_.empty()) {
         std::ranges::transform(loop.points, std::back_inserter(carried_), impulse_of);
         swept_ = carried_;
-        momentum_sweeps_ = 0;
-        change_at_start_ = change_;
+        momentum_.start(change_);
         return;
     }
     double along = 0.0;
@@ -97,12 +87,7 @@ void TogetherSweeps::carry_on(ContactBlocks& loop, const Bodies& bodies, std::sp
         const Vec3 p = impulse_of(loop.points[i]);
         along += (p - carried_[i]).dot(p - swept_[i]);
     }
-    ++momentum_sweeps_;
-    if (along < 0.0 || change_ > momentum_growth * change_at_start_) {
-        momentum_sweeps_ = 0;
-        change_at_start_ = change_;
-    }
-    const double momentum = std::min(momentum_sweeps_ / (momentum_sweeps_ + 3.0), largest_momentum);
+    const double momentum = momentum_.next(along, change_);
     for (const ContactBlock& block : blocks_) {
         const Vec6 before = wrench_of(loop.points_of(block));
         for (int k = block.first; k < block.first + block.count; ++k) {

@@ -6,10 +6,9 @@
 /// "Mass splitting for jitter-free parallel rigid body simulation"). So a symmetric set-up stays symmetric also where
 /// loads can be shared in many ways, or the iteration ends early.
 ///
-/// Sweeps alone would need thousands there. After some the impulses are carried on in the direction in which the
-/// sweeps move them: Nesterov's momentum, begun anew where it leads back (O'Donoghue & Candes 2015, "Adaptive restart
-/// for accelerated gradient schemes").
+/// Sweeps alone would need thousands there: after some the impulses are carried on.
 #include "sim/contact_block.h"
+#include "sim/momentum.h"
 
 namespace sim {
 
@@ -34,9 +33,8 @@ private:
     std::vector<Vec3> carried_;        ///< [points] impulses (p_t, p_n) as the last sweep began [N s]
     std::vector<Vec3> swept_;          ///< [points] as the sweep before it ended [N s]
     int sweeps_ = 0;                   ///< since begin()
-    int momentum_sweeps_ = 0;          ///< since the momentum began
     double change_ = 0.0;              ///< [m/s] by the last sweep
-    double change_at_start_ = 0.0;     ///< [m/s] by the one after which the momentum began
+    Momentum momentum_;
 };
 
 } // namespace sim

@@ -12,6 +12,7 @@
 #include "sim/block_batch.h"
 #include "sim/impulse.h"
 #include "sim/manifold.h"
+#include "sim/momentum.h"
 #include "sim/workers.h"
 
 #include <array>
@@ -164,7 +165,8 @@ struct ContactBlocks {
     void load_batches(const Bodies& bodies);
 
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch whose
-    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack: see BatchSweep.
+    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack: see BatchSweep. After
+    /// some the impulses are carried on.
     double sweep(std::span<Velocity> velocity, double skip, double slack);
 
     /// Impulses of the batches go back into the points.
@@ -172,8 +174,23 @@ struct ContactBlocks {
 
 private:
     void fill_batches(const Bodies& bodies, std::size_t first, std::size_t last);
+    void begin_sweeps(const Bodies& bodies);
     void load_batch(BlockBatch& batch);
+    void carry_on(std::span<Velocity> velocity);
+    double along_step(const BlockBatch& batch) const;
+    void carry_batch(const BlockBatch& batch, double momentum, std::span<Velocity> velocity);
     void store_batch(const BlockBatch& batch);
+
+    /// Impulses p_t, p_n [N s] of a BatchPoint: as the last sweep began, and as the one before it ended.
+    struct CarriedPoint {
+        Lanes begun[3];
+        Lanes swept[3];
+    };
+    std::vector<CarriedPoint> carried_; ///< [batch_points]
+    std::vector<double> along_;         ///< [batches] see Momentum::next
+    int sweeps_ = 0;                    ///< since the batches were loaded
+    double change_ = 0.0;               ///< [m/s] by the last sweep
+    Momentum momentum_;
 };
 
 /// Number of blocks that `append` makes of these contacts.

@@ -18,11 +18,14 @@ namespace {
 constexpr double gap_relaxation = 0.1;
 constexpr double loose_gap_relaxation = 0.003;
 
+/// A tolerance of velocities up to here [m/s] is not loose.
+constexpr double tight_velocity_tolerance = 5e-5;
+
 /// Where a loose tolerance is met, sweeps go on, so many at most, until the changes are this share [-] of the first
 /// one, or slower than this [m/s]: a heap at rest comes to rest over the steps, at little cost.
 constexpr int settling_sweeps = 8;
 constexpr double settling_share = 0.1;
-constexpr double settled_change = 5e-5;
+constexpr double settled_change = 1e-5;
 
 /// Blocks are passed over while their bodies changed by less than this share [-] of the iteration's tolerance, and less
 /// than that share of the change of the sweep before.
@@ -55,7 +58,7 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     h_ = h;
     step_share_ = std::min(h / settings.time_step.value(), 1.0);
     iteration_tolerance_ = std::min(iteration_share * settings.tolerance / h, settings.velocity_tolerance);
-    relaxation_ = gap_relaxation * std::clamp(settled_change / iteration_tolerance_,
+    relaxation_ = gap_relaxation * std::clamp(tight_velocity_tolerance / iteration_tolerance_,
                                               loose_gap_relaxation / gap_relaxation, 1.0);
     velocity_ = bodies.velocity;
     predicted_ = bodies.pose;

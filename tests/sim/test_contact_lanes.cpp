@@ -164,6 +164,41 @@ TEST(contact_lanes, contacts_dropped_and_added_leave_the_others_as_they_are) {
     }
 }
 
+/// A tower of more blocks than are swept together, put down without forces: each block carries what is above it. Sweeps
+/// that are not carried on need 32238.
+TEST(contact_lanes, high_towers_converge_by_momentum) {
+    constexpr int count = 80;
+    constexpr double mass = 500.0;
+    StepSettings settings{.gravity = Vec3(0, 0, -10), .velocity_tolerance = 1e-9};
+    settings.iteration_limit = 4000;
+    Bodies bodies;
+    std::vector<PairContacts> pairs;
+    add_body(bodies, make_props(Box{Vec3(0.5, 0.5, 0.5)}, 0.0, 0.0, 0.3), {Vec3::Zero(), Quat::Identity()}, {});
+    for (int i = 1; i <= count; ++i) {
+        add_body(bodies, make_props(Box{Vec3(0.5, 0.5, 0.5)}, mass, 0.0, 0.3), {Vec3(0, 0, i), Quat::Identity()}, {});
+        PairContacts& pair = pairs.emplace_back();
+        pair.manifold.body_a = i - 1;
+        pair.manifold.body_b = i;
+        pair.material = pair_material(bodies.props[1], bodies.props[1]);
+        find_contacts(Box{Vec3(0.5, 0.5, 0.5)}, {Vec3(0, 0, i - 1), Quat::Identity()}, Box{Vec3(0.5, 0.5, 0.5)},
+                      {Vec3(0, 0, i), Quat::Identity()}, 1e-3, pair.manifold.contacts);
+        match_memory(pair, 0.0);
+    }
+    ContactSolver solver;
+    solver.prepare(bodies, pairs, {}, {}, settings, h);
+    const ContactSolveReport report = solver.solve(bodies, pairs, {});
+    EXPECT_TRUE(report.converged);
+    EXPECT_LT(report.iterations, 1000);
+    solver.remember(bodies, pairs, {});
+    for (int i = 0; i < count; ++i) {
+        double force = 0.0;
+        for (const ContactMemory& memory : pairs[static_cast<std::size_t>(i)].memory) {
+            force += memory.p_n / memory.interval;
+        }
+        EXPECT_NEAR(force / (mass * 10.0), count - i, 1e-3) << i;
+    }
+}
+
 namespace {
 
 /// Two batches with contacts and memory of any numbers, and what a kernel makes of them.
