@@ -265,14 +265,15 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
     int count = 0;
     double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
     double settled = std::numeric_limits<double>::infinity(); // [m/s], once the first sweep has told
+    const bool has_joints = !joints_.empty();
     const bool together = TogetherSweeps::fits(loop_);
     together    ? together_.begin(loop_, bodies)
     : in_lanes_ ? loop_.wake(bodies)
                 : loop_.load_batches(bodies);
     for (converged = false; count < budget && !converged; ++count) {
-        const double missing = joints_.solve(velocity_);
+        const double missing = has_joints ? joints_.solve(velocity_) : 0.0;
         const double skip =
-            joints_.empty() ? std::min(skip_share * tolerance, std::max(settled_change, last_share * last)) : -1.0;
+            has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
         const double change = loop_.empty() ? 0.0
                               : together    ? together_.sweep(loop_, bodies, velocity_)
                                             : loop_.sweep(velocity_, skip, slack_share * tolerance);
@@ -280,7 +281,7 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
         settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
         converged = change <= tolerance && (change <= settled || settling_++ >= settling_sweeps);
         converged =
-            converged && (loop_.empty() || joints_.empty() || (count > 0 && missing <= joint_tolerance));
+            converged && (loop_.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
     }
     if (!together && !in_lanes_) {
         loop_.store_impulses();
