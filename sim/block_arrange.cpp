@@ -13,6 +13,9 @@ constexpr int colour_limit = 64;
 /// Shares of a colour's batches that are alike.
 constexpr std::size_t equal_shares = 4;
 
+/// Sweeps of one solve that are carried on, at most [-]: a momentum that has not led to the end by then goes in circles.
+constexpr int most_carried = 600;
+
 /// Point of an empty place: its velocity is always far above the target.
 constexpr double never = -1e300;
 
@@ -272,7 +275,7 @@ void ContactBlocks::store_batch(const BlockBatch& batch) {
 }
 
 double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
-    if (++sweeps_ > Momentum::plain_sweeps) {
+    if (++sweeps_ > Momentum::plain_sweeps && sweeps_ <= most_carried) {
         carry_on(velocity);
     }
     std::atomic<double> worst = 0.0;
