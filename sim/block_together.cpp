@@ -22,7 +22,7 @@ bool TogetherSweeps::fits(const ContactBlocks& loop) {
 }
 
 void TogetherSweeps::begin(const ContactBlocks& loop, const Bodies& bodies) {
-    sweeps_ = 0;
+    momentum_.begin();
     carried_.clear();
     const std::vector<int> level = contact_levels(loop.blocks, bodies.props);
     const auto group_of = [&](const ContactBlock& block) {
@@ -53,7 +53,7 @@ void TogetherSweeps::begin(const ContactBlocks& loop, const Bodies& bodies) {
 }
 
 double TogetherSweeps::sweep(ContactBlocks& loop, const Bodies& bodies, std::span<Velocity> velocity) {
-    if (++sweeps_ > Momentum::plain_sweeps) {
+    if (momentum_.carries()) {
         carry_on(loop, bodies, velocity);
     }
     change_ = 0.0;

@@ -32,7 +32,6 @@ private:
     std::vector<Vec6> wrenches_;       ///< of one group
     std::vector<Vec3> carried_;        ///< [points] impulses (p_t, p_n) as the last sweep began [N s]
     std::vector<Vec3> swept_;          ///< [points] as the sweep before it ended [N s]
-    int sweeps_ = 0;                   ///< since begin()
     double change_ = 0.0;              ///< [m/s] by the last sweep
     Momentum momentum_;
 };

@@ -110,9 +110,9 @@ struct Polygon {
     const ClipPoint& operator[](int i) const { return points[static_cast<std::size_t>(i)]; }
 };
 
-/// Keeps the part of `polygon` with side * x[axis] <= half, in `spare`'s place where something is cut off; new corners are marked with the clipping plane. Corners that
-/// lie on the plane to within `aligned` count as inside, so that boxes exactly on top of each other keep
-/// their features.
+/// Keeps the part of `polygon` with side * x[axis] <= half, in `spare`'s place where something is cut off; new corners are
+/// marked with the clipping plane. Corners that lie on the plane to within `aligned` count as inside, so that boxes
+/// exactly on top of each other keep their features.
 void clip(Polygon*& polygon, Polygon*& spare, int axis, double side, double half, int plane) {
     const double limit = half * (1.0 + aligned);
     const Polygon& in = *polygon;

@@ -85,7 +85,8 @@ Approach approach_of(const Bodies& bodies, const PairContacts& pair, std::size_t
     return {now, is_apart || approach <= pass.threshold ? 0.0 : approach};
 }
 
-bool has_collision(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
+bool has_collision(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity,
+                   const Pass& pass) {
     for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
         if (approach_of(bodies, pair, i, velocity, pass).in_pass > 0.0) {
             return true;
@@ -245,7 +246,8 @@ void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pa
             const ContactMemory& memory = pairs[pair].memory[contact];
             Vec3 impulse(point.p_t.x(), point.p_t.y(), point.p_n); // in the block's frame
             if (pass == 0 && memory.approach_speed > 0.0) {
-                // That impulse p took the speed from approach_speed to about what is left of it: its work over their mean.
+                // That impulse took the speed from approach_speed to about what is left of it: its work over their
+                // mean.
                 impulse.z() += 2.0 * memory.energy_taken / (memory.approach_speed + std::max(approach, 0.0));
             }
             const Vec3 middle = 0.5 * (at.a + at.b);

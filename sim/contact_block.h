@@ -95,6 +95,10 @@ inline constexpr std::size_t least_shared = 32;
 /// With fewer batches of a colour it is not worth while to share them among threads.
 inline constexpr std::size_t least_batches = 4;
 
+/// Sweep of a solve over batches [-] after which none is carried on: in a row of 200 fallen dominoes the momentum that
+/// has not led to the end by then goes in circles.
+inline constexpr int last_carried = 600;
+
 /// All blocks of one solve, in the order they are visited, and their points.
 struct ContactBlocks {
     std::vector<ContactBlock> blocks;
@@ -188,10 +192,13 @@ private:
     };
     std::vector<CarriedPoint> carried_; ///< [batch_points]
     std::vector<double> along_;         ///< [batches] see Momentum::next
-    int sweeps_ = 0;                    ///< since the batches were loaded
     double change_ = 0.0;               ///< [m/s] by the last sweep
-    Momentum momentum_;
+    Momentum momentum_{last_carried};
 };
+
+inline Vec3 vector_in_lane(const Lanes* from, std::size_t lane) {
+    return {from[0].x[lane], from[1].x[lane], from[2].x[lane]};
+}
 
 /// Number of blocks that `append` makes of these contacts.
 std::size_t block_count(std::span<const ContactGeometry> contacts);

@@ -19,10 +19,6 @@ static_assert(offsetof(ContactMemory, slip) - offsetof(ContactMemory, p_n) == 8 
 /// Batches for whose contacts is asked ahead of their turn.
 constexpr std::size_t ahead_batches = 2;
 
-Vec3 vector_in_lane(const Lanes* from, std::size_t lane) {
-    return {from[0].x[lane], from[1].x[lane], from[2].x[lane]};
-}
-
 ContactPoint point_in_lane(const BatchPoint& from, std::size_t lane) {
     ContactPoint point;
     point.x = from.x.x[lane];

@@ -18,11 +18,11 @@ namespace {
 constexpr double gap_relaxation = 0.1;
 constexpr double loose_gap_relaxation = 0.003;
 
-/// A tolerance of velocities up to here [m/s] is not loose.
+/// A tolerance of velocities up to here [m/s] is not loose: with tighter ones towers come to rest at gap_relaxation.
 constexpr double tight_velocity_tolerance = 5e-5;
 
 /// Where a loose tolerance is met, sweeps go on, so many at most, until the changes are this share [-] of the first
-/// one, or slower than this [m/s]: a heap at rest comes to rest over the steps, at little cost.
+/// one, or slower than this [m/s], a tenth of what counts as rest: a heap comes to rest over the steps, at little cost.
 constexpr int settling_sweeps = 8;
 constexpr double settling_share = 0.1;
 constexpr double settled_change = 1e-5;
@@ -280,8 +280,7 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
         last = change;
         settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
         converged = change <= tolerance && (change <= settled || settling_++ >= settling_sweeps);
-        converged =
-            converged && (loop_.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
+        converged = converged && (loop_.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
     }
     if (!together && !in_lanes_) {
         loop_.store_impulses();

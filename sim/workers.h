@@ -56,7 +56,7 @@ private:
     Task task_;
     std::atomic<std::size_t> loop_ = 0;    ///< number of the loop under way
     std::atomic<std::size_t> running_ = 0; ///< parts of it, but for the caller's, that are not done
-    std::vector<std::atomic<std::size_t>> begun_; ///< [thread] number of the last loop whose part has been begun
+    std::vector<std::atomic<std::size_t>> begun_; ///< [thread] last loop whose part has been begun; 0: the caller's, not used
     std::atomic<bool> stop_ = false;
 };
 

@@ -147,8 +147,7 @@ void run_slice(const sim::SceneDef& scene, const fs::path& folder, const Options
 void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options& options,
                bool has_pictures) {
     const Clock::time_point start = Clock::now();
-    sim::World world(
-        scene, thread_count(options)); // first: a scene that cannot start leaves no folder
+    sim::World world(scene, thread_count(options)); // first: a scene that cannot start leaves no folder
     const Workplace workplace(folder);
     const bool has_png = has_pictures && !options.no_png;
     if (has_png) {

@@ -165,7 +165,7 @@ TEST(contact_lanes, contacts_dropped_and_added_leave_the_others_as_they_are) {
 }
 
 /// A tower of more blocks than are swept together, put down without forces: each block carries what is above it. Sweeps
-/// that are not carried on need 32238.
+/// that are not carried on need 32 000.
 TEST(contact_lanes, high_towers_converge_by_momentum) {
     constexpr int count = 80;
     constexpr double mass = 500.0;
