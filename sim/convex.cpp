@@ -16,10 +16,6 @@ constexpr double equally_far = 1e-9;
 constexpr double rim_reach = 0.3;
 constexpr double side_reach = 0.95;
 
-Pose composed(const Pose& outer, const Pose& inner) {
-    return {outer * inner.position, outer.orientation * inner.orientation};
-}
-
 void set_core(Convex& convex, const Box& box) {
     convex.kind = CoreKind::polytope;
     convex.polytope = &unit_cube();
@@ -133,7 +129,7 @@ Convex placed(const PrimitiveShape& shape, const Pose& world_from_body, const Po
     Convex convex;
     convex.world_from_body = world_from_body;
     convex.body_from_part = body_from_part;
-    convex.world_from_part = composed(world_from_body, body_from_part);
+    convex.world_from_part = world_from_body * body_from_part;
     std::visit([&](const auto& s) { set_core(convex, s); }, shape);
     return convex;
 }

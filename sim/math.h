@@ -37,6 +37,8 @@ struct Pose {
     Quat orientation = Quat::Identity();   ///< world_from_body, unit
 
     Vec3 operator*(const Vec3& x_body) const { return orientation * x_body + position; }
+    /// This after inner.
+    Pose operator*(const Pose& inner) const { return {*this * inner.position, orientation * inner.orientation}; }
 };
 
 } // namespace sim

@@ -37,16 +37,12 @@ void for_each_part(const Shape& shape, F&& f) {
         shape);
 }
 
-Pose composed(const Pose& outer, const Pose& inner) {
-    return {outer * inner.position, outer.orientation * inner.orientation};
-}
-
 PlacedBall placed(const Sphere& sphere, const Pose& world_from_body, const Pose& body_from_part) {
     return {sphere.radius, world_from_body * body_from_part.position, body_from_part.position};
 }
 
 PlacedBox placed(const Box& box, const Pose& world_from_body, const Pose& body_from_part) {
-    return {box, world_from_body, body_from_part, composed(world_from_body, body_from_part)};
+    return {box, world_from_body, body_from_part, world_from_body * body_from_part};
 }
 
 /// What the pair loop collects: contacts within the margin, or only the least separation.

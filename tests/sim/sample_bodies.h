@@ -45,11 +45,6 @@ private:
     std::uint64_t state_;
 };
 
-/// outer after inner.
-inline sim::Pose composed(const sim::Pose& outer, const sim::Pose& inner) {
-    return {outer * inner.position, outer.orientation * inner.orientation};
-}
-
 /// density [kg/m^3]; 0: static.
 inline sim::BodyProps make_props(const sim::Shape& shape, double density, double e = 0.0, double mu = 0.0) {
     sim::BodyDef def;

@@ -173,7 +173,7 @@ TEST(manifold, a_common_rigid_motion_moves_the_geometry_with_it_for_every_kind) 
         const Pose b = numbers.pose(1.0);
         const Pose motion = numbers.pose(1.0);
         const ContactGeometry g = contact_geometry(feature, a, b);
-        expect_same(contact_geometry(feature, composed(motion, a), composed(motion, b)),
+        expect_same(contact_geometry(feature, motion * a, motion * b),
                     {g.gap, motion.orientation * g.n, motion * g.a, motion * g.b});
     }
 }

@@ -160,7 +160,7 @@ TEST(narrow_phase, a_compound_of_one_part_equals_the_shifted_part) {
         const Pose part = numbers.pose(0.5);
         const Pose body = numbers.pose(0.5);
         const Pose other = numbers.pose(0.5);
-        const auto expected = contacts_of(box, composed(body, part), Box{}, other);
+        const auto expected = contacts_of(box, body * part, Box{}, other);
         const auto found = contacts_of(Compound{{{box, part}}}, body, Box{}, other);
         ASSERT_EQ(found.size(), expected.size());
         for (std::size_t k = 0; k < found.size(); ++k) {
