@@ -56,13 +56,15 @@ void ContactSolver::head_blocks(const Bodies& bodies, PairContacts& pair, int pa
                 .memory = pair.memory.data() + first,
                 .pair = pair_index,
                 .index = static_cast<int>(first),
-                .is_plain = block.is_flat && std::ranges::all_of(own, [&](const Contact& contact) {
-                                return contact.feature.kind == feature.kind && !is_curved(contact.feature);
-                            })};
-        if (feature.kind == FeatureKind::edges && own.size() == 1) {
-            head.is_plain = head.is_edges = true;
-            head.edge_a = bodies.pose[static_cast<std::size_t>(block.a)].orientation * (feature.side * feature.direction_a);
-            head.edge_b = bodies.pose[static_cast<std::size_t>(block.b)].orientation * feature.direction_b;
+                .has_edges = own.back().feature.kind == FeatureKind::edges};
+        const std::span<const Contact> on_face = own.first(own.size() - static_cast<std::size_t>(head.has_edges));
+        head.is_plain = on_face.empty() || (block.is_flat && std::ranges::all_of(on_face, [&](const Contact& contact) {
+                                                return contact.feature.kind == feature.kind && !is_curved(contact.feature);
+                                            }));
+        if (head.is_plain && head.has_edges) {
+            const ContactFeature& edges = own.back().feature;
+            head.edge_a = bodies.pose[static_cast<std::size_t>(block.a)].orientation * (edges.side * edges.direction_a);
+            head.edge_b = bodies.pose[static_cast<std::size_t>(block.b)].orientation * edges.direction_b;
         }
         first += own.size();
     }
@@ -126,7 +128,7 @@ void ContactSolver::head_batch(const Bodies& bodies, std::size_t i) {
     const std::span<RestPoint> points = std::span(rest_points_).subspan(static_cast<std::size_t>(batch.first),
                                                                         static_cast<std::size_t>(batch.count));
     for (RestPoint& point : points) {
-        point.there = 0;
+        point.there = point.edges = 0;
     }
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
         const bool is_empty = batch.block[lane] < 0; // such a lane has a sound one's numbers, and none is written
@@ -151,8 +153,9 @@ void ContactSolver::head_batch(const Bodies& bodies, std::size_t i) {
             __builtin_prefetch(points[k].at[lane]);
             __builtin_prefetch(points[k].at[lane] + 7);
         }
-        if (head.is_edges) {
+        if (head.is_plain && head.has_edges) {
             rest.edges |= bit;
+            points[static_cast<std::size_t>(block.count - 1)].edges |= bit;
             const double size = std::min(bodies.props[static_cast<std::size_t>(block.a)].bounding_radius,
                                          bodies.props[static_cast<std::size_t>(block.b)].bounding_radius);
             rest.reach.x[lane] = wander_share * size;

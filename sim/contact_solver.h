@@ -160,7 +160,7 @@ private:
         int pair = -1;
         int index = -1; ///< of the first of them, in the pair
         bool is_plain = false;
-        bool is_edges = false;
+        bool has_edges = false;
         Vec3 edge_a = Vec3::Zero(); ///< see RestBlock
         Vec3 edge_b = Vec3::Zero();
     };

@@ -25,6 +25,7 @@ struct RestPoint {
     const double* at[lane_count];  ///< gap, n, a of a contact, from its ContactGeometry; of none where no point is
     double* memory[lane_count];    ///< two rows of a ContactMemory, from p_n on
     unsigned there = 0;            ///< bit l: lane l has this point
+    unsigned edges = 0;            ///< bit l: crossing edges touch there
     unsigned ahead = 0;            ///< bit l: is_ahead
     unsigned closing = 0;          ///< bit l: would_close
     unsigned restarts = 0;         ///< bit l: restarts
@@ -36,8 +37,8 @@ struct RestBlock {
     Lanes edge_a[3];    ///< of crossing edges: their directions, so that n is along edge_a x edge_b
     Lanes edge_b[3];
     Lanes reach;        ///< [m] of crossing edges: how far the touch may wander
-    unsigned edges = 0; ///< bit l: crossing edges
-    unsigned plain = 0; ///< bit l: these, or points that are all fixed to one body, at a face of the other: measured in lanes
+    unsigned edges = 0; ///< bit l: one of its points is of crossing edges
+    unsigned plain = 0; ///< bit l: all others are fixed to one body, at a face of the other: measured in lanes
     unsigned hit = 0;   ///< bit l: a body of it is hit by an impact held ahead
 };
 

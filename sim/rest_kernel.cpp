@@ -285,22 +285,37 @@ struct Motion {
     LANES_INLINE Real3 position() const { return {row[9], row[10], row[11]}; }
 };
 
-/// Normal of crossing edges; that of the beginning where the touch has wandered too far along them. d: of the points that
-/// touched as the interval began.
-LANES_INLINE Real3 edge_normal(const RestBlock& block, const Real3& edge_a, const Real3& edge_b, const Real3& d,
-                               const Real3& before) {
+/// Normal of crossing edges.
+LANES_INLINE Real3 edge_normal(const Real3& edge_a, const Real3& edge_b) {
     const Real one = real(1.0);
     const Real zero = real(0.0);
     const Real3 across = cross(edge_a, edge_b);
     const Real square = dot(across, across);
     const Mask crosses = square > 0.0;
-    const Real3 n = (1.0 / select(crosses, sqrt(square), one)) * select(crosses, across, Real3{zero, zero, one});
-    // Closest points of the two lines; the lines of edges that are parallel are nowhere near.
-    const Real cosine = dot(edge_a, edge_b);
-    const Real sine_square = 1.0 - cosine * cosine;
-    const Mask wanders = abs(cosine * dot(d, edge_b) - dot(d, edge_a)) > load(block.reach) * abs(sine_square);
-    return select(wanders, before, n);
+    return (1.0 / select(crosses, sqrt(square), one)) * select(crosses, across, Real3{zero, zero, one});
 }
+
+/// The crossing edges of the blocks at the predicted poses.
+struct Edges {
+    Real3 a, b, n;
+    Real3 lean; ///< where impulses act along another normal: how much their points differ from the edges', per gap
+    LANES_INLINE Edges() {}
+    LANES_INLINE Edges(const RestBlock& block, const Motion& move_a, const Motion& move_b, const Real3& n_b) {
+        const Real3 a_before = load3(block.edge_a);
+        const Real3 b_before = load3(block.edge_b);
+        a = move_a.turn(a_before);
+        b = move_b.turn(b_before);
+        n = edge_normal(a, b);
+        lean = n_b - move_b.turn(edge_normal(a_before, b_before));
+    }
+    /// Has the touch wandered too far along them? d: of points on them that touched as the interval began. The lines of
+    /// edges that are parallel are nowhere near.
+    LANES_INLINE Mask wander(const RestBlock& block, const Real3& d) const {
+        const Real cosine = dot(a, b);
+        const Real sine_square = 1.0 - cosine * cosine;
+        return abs(cosine * dot(d, b) - dot(d, a)) > load(block.reach) * abs(sine_square);
+    }
+};
 
 /// Gaps and slips of the plain blocks at the predicted poses, and the targets that close them. Returns the largest error
 /// of a gap in each lane.
@@ -318,10 +333,10 @@ LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlo
     const Real3 by_y = a.turn(f.t2) - b.turn(f.t2);
     const Real3 middle = (a.position() - b.position()) + (a.turn(load3(batch.r_a)) - b.turn(load3(batch.r_b)));
     const Real nearest_gap = load(block.nearest_gap);
-    Real3 n = select(lanes_of(batch.face_of_a), n_a, n_b);
+    const Real3 n_face = select(lanes_of(batch.face_of_a), n_a, n_b);
+    Edges edges;
     if (block.edges != 0) {
-        const Real3 d = middle + load(rest[0].height) * (n_a - n_b); // one point, in whose plane the impulses act
-        n = select(lanes_of(block.edges), edge_normal(block, a.turn(load3(block.edge_a)), b.turn(load3(block.edge_b)), d, f.n), n);
+        edges = Edges(block, a, b, n_b);
     }
     Real worst = real(-infinity);
     for (int k = 0; k < batch.count; ++k) {
@@ -331,8 +346,17 @@ LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlo
         const Real y = load(points[k].y);
         const Real height = load(r.height);
         const Real3 d = middle + x * by_x + y * by_y + height * n_a - (height + nearest_gap - load(r.gap)) * n_b;
-        const Real gap = dot(n, d);
-        const Real3 across = d - gap * n;
+        Real3 n = n_face;
+        Real gap = dot(n, d);
+        Real3 across = d - gap * n;
+        if (r.edges != 0) {
+            const Mask at_edges = lanes_of(r.edges);
+            const Real3 between = d - load(r.gap) * edges.lean;
+            const Mask wanders = edges.wander(block, between);
+            n = select(wanders, f.n, edges.n);
+            across = select(at_edges, d - dot(n, d) * n, across);
+            gap = select(at_edges, dot(n, select(wanders, d, between)), gap);
+        }
         const Real missing = load(r.gap_target) - gap;
         const Real error = select(load(points[k].p_n) > 0.0, abs(missing), missing);
         worst = select(measured, max(worst, error), worst);
