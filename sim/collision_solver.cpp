@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sim {
 namespace {
@@ -55,8 +56,17 @@ struct Pass {
     double soon = 0.0;      ///< [s] unless they do within this time
 };
 
-/// Can no contact of the pair collide? It is too slow, or too far apart.
-bool is_quiet(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
+/// Slack [m/s] of a contact that is no collision, however fast it is.
+constexpr double no_end = std::numeric_limits<double>::infinity();
+
+/// Speed of approach [m/s] up to which a contact with this gap is no collision.
+double limit_of(double gap, const Pass& pass) {
+    return gap <= pass.reach ? pass.threshold : pass.soon > 0.0 ? std::max(pass.threshold, gap / pass.soon) : no_end;
+}
+
+/// How much the velocities of the pair may change at its contacts [m/s] before one is a collision, whatever their
+/// normals; 0 or less: one may be.
+double slack_of_pair(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
     const auto a = static_cast<std::size_t>(pair.manifold.body_a);
     const auto b = static_cast<std::size_t>(pair.manifold.body_b);
     double fastest = (velocity[a].v - velocity[b].v).norm();
@@ -64,7 +74,7 @@ bool is_quiet(const Bodies& bodies, const PairContacts& pair, std::span<const Ve
         fastest += bodies.props[i].is_static() ? 0.0
                                                : outermost * bodies.props[i].bounding_radius * velocity[i].w.norm();
     }
-    return fastest < pass.threshold || pair.least_gap > std::max(pass.reach, fastest * pass.soon);
+    return limit_of(pair.least_gap, pass) - fastest;
 }
 
 /// How fast a contact approaches [m/s]: now, and as it does in this pass: 0 if it is no collision.
@@ -85,14 +95,17 @@ Approach approach_of(const Bodies& bodies, const PairContacts& pair, std::size_t
     return {now, is_apart || approach <= pass.threshold ? 0.0 : approach};
 }
 
-bool has_collision(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity,
-                   const Pass& pass) {
+/// The same of its contacts as they are; -no_end: one is a collision.
+double slack_of_contacts(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
+    double slack = no_end;
     for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
-        if (approach_of(bodies, pair, i, velocity, pass).in_pass > 0.0) {
-            return true;
+        const Approach approach = approach_of(bodies, pair, i, velocity, pass);
+        if (approach.in_pass > 0.0) {
+            return -no_end;
         }
+        slack = std::min(slack, limit_of(pair.manifold.contacts[i].at.gap, pass) - approach.now);
     }
-    return false;
+    return slack;
 }
 
 /// from + s (to - from), body by body.
@@ -116,18 +129,37 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     sources_.clear();
     energy_owed_ = 0.0;
     collides_.resize(pairs.size());
-    ends_.resize(pairs.size());
+    watched_.resize(pairs.size());
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+        std::vector<std::size_t> near; // pairs whose contacts are to be looked at
+        near.reserve(last - first);
         for (std::size_t k = first; k < last; ++k) {
+            Watched& pair = watched_[k];
             if (pass == 0) {
-                ends_[k] = {pairs[k].manifold.body_a, pairs[k].manifold.body_b};
+                pair.a = static_cast<std::size_t>(pairs[k].manifold.body_a);
+                pair.b = static_cast<std::size_t>(pairs[k].manifold.body_b);
             }
-            // Where the pass before changed nothing, nothing has become a collision.
-            const bool same = pass > 0 && joints_.empty() && changed_[static_cast<std::size_t>(ends_[k].first)] == 0 &&
-                              changed_[static_cast<std::size_t>(ends_[k].second)] == 0;
-            const bool was_held = pass == 0 && pairs[k].was_ahead;
-            collides_[k] = !same && (was_held || !is_quiet(bodies, pairs[k], velocity, now)) &&
-                           has_collision(bodies, pairs[k], velocity, now);
+            const double changed = changed_[pair.a] + changed_[pair.b];
+            collides_[k] = 0;
+            if (pass > 0 && joints_.empty() && changed <= pair.quiet_until) {
+                continue;
+            }
+            const double slack = pass == 0 && pairs[k].was_ahead ? 0.0 : slack_of_pair(bodies, pairs[k], velocity, now);
+            pair.quiet_until = changed + slack;
+            if (slack <= 0.0) {
+                near.push_back(k);
+            }
+        }
+        for (std::size_t i = 0; i < near.size(); ++i) {
+            if (i + ahead_pairs < near.size()) {
+                for (const Contact& contact : pairs[near[i + ahead_pairs]].manifold.contacts) {
+                    fetch(&contact.at, sizeof(contact.at));
+                }
+            }
+            const std::size_t k = near[i];
+            const double slack = slack_of_contacts(bodies, pairs[k], velocity, now);
+            collides_[k] = slack == -no_end;
+            watched_[k].quiet_until = changed_[watched_[k].a] + changed_[watched_[k].b] + slack;
         }
     });
     for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -265,6 +297,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
                                          std::vector<Velocity>& velocity, std::vector<char>& touched) {
     CollisionReport report;
     touched.assign(velocity.size(), 0);
+    changed_.assign(velocity.size(), 0.0);
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
         if (report.passes == pass_limit) {
             report.converged = false;
@@ -288,9 +321,11 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         report.converged = converged;
         report.collisions += static_cast<int>(loop_.points.size());
         ++report.passes;
-        changed_.assign(velocity.size(), 0);
+        for (std::size_t i = 0; i < velocity.size(); ++i) {
+            changed_[i] += (velocity[i].v - before[i].v).norm() +
+                           outermost * bodies.props[i].bounding_radius * (velocity[i].w - before[i].w).norm();
+        }
         for (const ContactBlock& block : loop_.blocks) {
-            changed_[static_cast<std::size_t>(block.a)] = changed_[static_cast<std::size_t>(block.b)] = 1;
             touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
         }
     }

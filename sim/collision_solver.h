@@ -59,9 +59,15 @@ private:
     };
     std::vector<Source> sources_; ///< [points], where impacts are asked for
     std::vector<ContactPoint> elastic_; ///< [points] before energy was taken away, the same
-    std::vector<char> changed_;             ///< [body_count] by the pass before
-    std::vector<char> collides_;            ///< [pairs] in this pass
-    std::vector<std::pair<int, int>> ends_; ///< [pairs] bodies a and b
+    /// A pair of bodies, and how far both may change by all passes before it has a collision.
+    struct Watched {
+        std::size_t a = 0;
+        std::size_t b = 0;
+        double quiet_until = 0.0; ///< [m/s]
+    };
+    std::vector<double> changed_;   ///< [body_count] by all passes so far, at any of its contacts [m/s]
+    std::vector<char> collides_;    ///< [pairs] in this pass
+    std::vector<Watched> watched_;  ///< [pairs]
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     JointSolver joints_;
 };

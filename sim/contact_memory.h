@@ -36,6 +36,16 @@ struct PairContacts {
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
 };
 
+/// Pairs for whose contacts is asked ahead of their turn: they lie anywhere in memory.
+inline constexpr std::size_t ahead_pairs = 3;
+
+/// Asks for `size` bytes from `from` on.
+inline void fetch(const void* from, std::size_t size) {
+    for (std::size_t at = 0; at < size; at += 64) {
+        __builtin_prefetch(static_cast<const char*>(from) + at);
+    }
+}
+
 /// After a change of the pair's contacts: hands what its memory holds to them, by feature id, else to the nearest core
 /// within `reach` [m].
 void match_memory(PairContacts& pair, double reach);

@@ -205,8 +205,15 @@ void WorldState::find_contacts(StepReport& report) {
     update_axes(bodies.pose, moved);
     near.clear();
     for (std::size_t k = 0; k < candidates.size(); ++k) {
-        if (!are_boxes(candidates[k]) || axes[k].separation() <= margin_of(candidates[k].a, candidates[k].b)) {
-            near.push_back(k);
+        const auto [a, b] = candidates[k];
+        const double apart = are_boxes(candidates[k]) ? axes[k].separation() : 0.0;
+        const double farthest = reach[static_cast<std::size_t>(a)] + reach[static_cast<std::size_t>(b)];
+        if (apart > farthest + margin_tolerances * settings.tolerance) {
+            continue; // most of them: margin_of() is no larger
+        }
+        const double margin = margin_of(a, b);
+        if (apart <= margin) {
+            near.push_back({k, margin});
         }
     }
     std::vector<PairContacts> found = known_pairs();
@@ -215,6 +222,11 @@ void WorldState::find_contacts(StepReport& report) {
         [&](std::size_t first, std::size_t last) {
             std::vector<Contact> contacts;
             for (std::size_t i = first; i < last; ++i) {
+                if (i + ahead_pairs < last) {
+                    const PairContacts& pair = found[i + ahead_pairs];
+                    fetch(pair.memory.data(), pair.memory.size() * sizeof(ContactMemory));
+                    fetch(pair.manifold.contacts.data(), pair.manifold.contacts.size() * sizeof(Contact));
+                }
                 find_pair_contacts(near[i], contacts, found[i]);
             }
         },
@@ -237,7 +249,7 @@ std::vector<PairContacts> WorldState::known_pairs() {
     std::vector<PairContacts> known(near.size());
     auto pair = pairs.begin();
     for (std::size_t i = 0; i < near.size(); ++i) {
-        const BodyPair& candidate = candidates[near[i]];
+        const BodyPair& candidate = candidates[near[i].candidate];
         while (pair != pairs.end() && key(*pair) < candidate) {
             ++pair;
         }
@@ -249,13 +261,13 @@ std::vector<PairContacts> WorldState::known_pairs() {
 }
 
 /// Contacts of one pair at the present poses; pair: what the last step remembers of it. contacts: memory.
-void WorldState::find_pair_contacts(std::size_t k, std::vector<Contact>& contacts, PairContacts& pair) const {
+void WorldState::find_pair_contacts(const NearPair& of, std::vector<Contact>& contacts, PairContacts& pair) const {
+    const auto& [k, margin] = of;
     const BodyPair& candidate = candidates[k];
     const auto a = static_cast<std::size_t>(candidate.a);
     const auto b = static_cast<std::size_t>(candidate.b);
     const Shape& shape_a = bodies.props[a].shape;
     const Shape& shape_b = bodies.props[b].shape;
-    const double margin = margin_of(candidate.a, candidate.b);
     contacts.clear();
     if (are_boxes(candidate)) {
         find_box_contacts(std::get<Box>(shape_a), bodies.pose[a], std::get<Box>(shape_b), bodies.pose[b], axes[k], margin,
@@ -268,8 +280,7 @@ void WorldState::find_pair_contacts(std::size_t k, std::vector<Contact>& contact
         pair.manifold.body_b = candidate.b;
         pair.material = pair_material(bodies.props[a], bodies.props[b]);
     }
-    const bool same_features =
-        pair.memory.size() == contacts.size() && std::ranges::equal(contacts, pair.manifold.contacts, {}, id_of, id_of);
+    const bool same_features = std::ranges::equal(contacts, pair.memory, {}, id_of, &ContactMemory::id);
     if (!same_features) {
         keep_cores(pair);
     }

@@ -42,7 +42,12 @@ struct WorldState {
     StepReport step();
     void move(StepReport& report);
     void find_candidates();
-    void find_pair_contacts(std::size_t k, std::vector<Contact>& contacts, PairContacts& pair) const;
+    /// Bodies that may touch in the step.
+    struct NearPair {
+        std::size_t candidate = 0;
+        double margin = 0.0; ///< [m] see margin_of
+    };
+    void find_pair_contacts(const NearPair& of, std::vector<Contact>& contacts, PairContacts& pair) const;
     void update_axes(std::span<const Pose> poses, std::vector<char>& moved);
     bool is_far_from_plane(const BodyPair& pair) const;
     bool are_boxes(const BodyPair& pair) const;
@@ -104,7 +109,7 @@ struct WorldState {
     std::vector<double> searched_reach; ///< [m] that each body may be away from there
     std::vector<Bounds> boxes;
     std::vector<BodyPair> candidates;
-    std::vector<std::size_t> near; ///< candidates that may touch in the step
+    std::vector<NearPair> near;
     std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
     std::size_t sorted_pairs = 0;    ///< length of the ascending part
     std::vector<std::pair<std::size_t, PairContacts>> replaced; ///< by repair: index into pairs, and what was found there
