@@ -215,8 +215,10 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
         floor.region = make_floor_region(floor.frame, region, list.boxes, rounds);
         floor.ring_scale = ring_scale(floor.region, geometry.floor_extent);
     }
-    list.occlusion =
-        make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(scale));
+    if (scene.output.ambient_occlusion) {
+        list.occlusion =
+            make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(scale));
+    }
     for (Floor& floor : list.floors) {
         floor.occlusion = floor_occlusion(floor, list.occlusion);
     }

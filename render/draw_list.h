@@ -105,7 +105,7 @@ struct DrawList {
     SkyAtlas sky_atlas;
     std::vector<Floor> floors;
     std::vector<std::uint32_t> body_of_id{0}; ///< [id]: index of the body plus 1; 0: sky, or a joint's rod
-    OcclusionVolume occlusion;
+    OcclusionVolume occlusion; ///< empty: all is open
     Mirrored mirrored;
 };
 

@@ -114,7 +114,8 @@ private:
 
         const float largest = 2.0f * std::max(instance.scale[u], instance.scale[v]);
         const FaceKind kind{box.pattern, glm::dot(normal, geometry_.light.to_sun) > 0.0f,
-                            instance.metallic > 0.0f, largest > small_cells * list_.occlusion.cell()};
+                            instance.metallic > 0.0f,
+                            !list_.occlusion.is_empty() && largest > small_cells * list_.occlusion.cell()};
         if (kind.is_large) {
             fill_atlas(normal, face);
         } else {

@@ -132,6 +132,7 @@ struct OutputDef {
     int height = 720;                          ///< [px] 1..16384
     bool smooth_edges = true;
     bool soft_shadows = true;
+    bool ambient_occlusion = true;
     int shadow_size = 1024;                    ///< [px] side of the shadow map, 64..8192
     int crf = 18;                              ///< x264's rate factor, 0 (lossless) .. 51
     std::string effort = "veryfast";           ///< x264's preset: effort against size of the film
@@ -149,6 +150,7 @@ inline OutputDef output_of(Preset preset) {
     if (preset == Preset::draft) {
         output.smooth_edges = false;
         output.soft_shadows = false;
+        output.ambient_occlusion = false;
         output.shadow_size = 512;
         output.crf = 23;
         output.effort = "ultrafast";

@@ -76,7 +76,8 @@ OutputDef read_output(const TextSource& source, const TreeNode& node) {
         *value = section.has(key) ? section.integer(key) : *value;
     }
     for (const auto& [key, value] :
-         {std::pair("smooth_edges", &output.smooth_edges), std::pair("soft_shadows", &output.soft_shadows)}) {
+         {std::pair("smooth_edges", &output.smooth_edges), std::pair("soft_shadows", &output.soft_shadows),
+          std::pair("ambient_occlusion", &output.ambient_occlusion)}) {
         *value = section.has(key) ? section.boolean(key) : *value;
     }
     if (section.has("effort")) {

@@ -41,6 +41,7 @@ Json settings_json(const SceneDef& scene, int threads) {
             {"height_px", output.height},
             {"smooth_edges", output.smooth_edges},
             {"soft_shadows", output.soft_shadows},
+            {"ambient_occlusion", output.ambient_occlusion},
             {"shadow_size_px", output.shadow_size},
             {"crf", output.crf},
             {"effort", output.effort},

@@ -373,6 +373,7 @@ TEST(scene_file, presets_give_what_a_scene_leaves_out) {
     const SceneDef draft = parse_scene("[output]\npreset = \"draft\"\ncrf = 30\n", "draft.toml");
     EXPECT_FALSE(draft.output.smooth_edges);
     EXPECT_FALSE(draft.output.soft_shadows);
+    EXPECT_FALSE(draft.output.ambient_occlusion);
     EXPECT_EQ(draft.output.width, 1280);
     EXPECT_EQ(draft.output.shadow_size, 512);
     EXPECT_EQ(draft.output.crf, 30);
