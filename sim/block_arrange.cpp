@@ -260,6 +260,33 @@ void ContactBlocks::store_batch(const BlockBatch& batch) {
     }
 }
 
+/// Repeats a share of what the last sweep did, or begins to watch what sweeps do.
+void ContactBlocks::carry_on(std::span<Velocity> velocity) {
+    if (carried_.empty()) {
+        for (const BatchPoint& point : batch_points) {
+            CarriedPoint& carried = carried_.emplace_back();
+            carried = {{point.p_t[0], point.p_t[1], point.p_n}, {point.p_t[0], point.p_t[1], point.p_n}};
+        }
+        momentum_.start(change_);
+        return;
+    }
+    BatchCarry carry{.points = batch_points.data(),
+                     .carried = carried_.data(),
+                     .velocity = velocity.front().v.data(),
+                     .activity = activity.data()};
+    const auto carry_range = [&](std::size_t first, std::size_t last, double* along) {
+        BatchCarry range = carry;
+        range.batches = batches.data() + first;
+        range.batch_count = last - first;
+        range.along = along;
+        carry_batches(range);
+    };
+    along_.resize(batches.size());
+    share(batches.size(), [&](std::size_t first, std::size_t last) { carry_range(first, last, along_.data() + first); });
+    carry.momentum = momentum_.next(std::accumulate(along_.begin(), along_.end(), 0.0), change_);
+    share_colours([&](std::size_t first, std::size_t last) { carry_range(first, last, nullptr); });
+}
+
 double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
     if (momentum_.carries()) {
         carry_on(velocity);

@@ -4,15 +4,6 @@
 namespace sim {
 namespace {
 
-LANES_INLINE void scatter(double* velocity, const int* body, unsigned moves, Real rows[8]) {
-    transpose(rows);
-    for (int l = 0; l < lane_count; ++l) {
-        if ((moves >> l & 1u) != 0) {
-            store(velocity + 8 * body[l], rows[l]);
-        }
-    }
-}
-
 /// Solves the blocks of a batch with all others held. change: largest velocity change at a point of each lane.
 template <int N>
 void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change) {
@@ -52,24 +43,10 @@ void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change
     }
     const Real3 p = v.force.x * t1 + v.force.y * t2 + v.force.z * n;
     const Real3 moment = v.moment.x * t1 + v.moment.y * t2 + v.moment.z * n;
-    const Real3 dv_a = load(batch.inverse_mass_a) * p;
-    const Real3 dw_a = load_sym(batch.inverse_inertia_a) * (cross(r_a, p) + moment);
-    const Real3 dv_b = load(batch.inverse_mass_b) * p;
-    const Real3 dw_b = load_sym(batch.inverse_inertia_b) * (cross(r_b, p) + moment);
-    a[0] += dv_a.x;
-    a[1] += dv_a.y;
-    a[2] += dv_a.z;
-    a[3] += dw_a.x;
-    a[4] += dw_a.y;
-    a[5] += dw_a.z;
-    b[0] -= dv_b.x;
-    b[1] -= dv_b.y;
-    b[2] -= dv_b.z;
-    b[3] -= dw_b.x;
-    b[4] -= dw_b.y;
-    b[5] -= dw_b.z;
-    scatter(sweep.velocity, batch.a, batch.moves_a, a);
-    scatter(sweep.velocity, batch.b, batch.moves_b, b);
+    push_bodies(sweep.velocity, batch.a, batch.moves_a,
+                Push(batch.inverse_mass_a, batch.inverse_inertia_a, r_a, p, moment));
+    push_bodies(sweep.velocity, batch.b, batch.moves_b,
+                Push(batch.inverse_mass_b, batch.inverse_inertia_b, r_b, -p, -moment));
     store(change, v.change);
 }
 

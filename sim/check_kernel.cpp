@@ -16,10 +16,6 @@ LANES_INLINE Motion motion_of(const double* velocity, const int* body) {
     return {{rows[0], rows[1], rows[2]}, {rows[3], rows[4], rows[5]}};
 }
 
-LANES_INLINE Real norm(const Real3& a) {
-    return sqrt(dot(a, a));
-}
-
 LANES_INLINE Real gather_radius(const double* radius, const int* body) {
     Lanes r;
     for (int l = 0; l < lane_count; ++l) {

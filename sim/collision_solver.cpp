@@ -298,6 +298,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
     CollisionReport report;
     touched.assign(velocity.size(), 0);
     changed_.assign(velocity.size(), 0.0);
+    summed_up_.assign(velocity.size(), 0);
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
         if (report.passes == pass_limit) {
             report.converged = false;
@@ -321,12 +322,17 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         report.converged = converged;
         report.collisions += static_cast<int>(loop_.points.size());
         ++report.passes;
-        for (std::size_t i = 0; i < velocity.size(); ++i) {
-            changed_[i] += (velocity[i].v - before[i].v).norm() +
-                           outermost * bodies.props[i].bounding_radius * (velocity[i].w - before[i].w).norm();
-        }
         for (const ContactBlock& block : loop_.blocks) {
-            touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
+            for (const int body : {block.a, block.b}) {
+                const auto i = static_cast<std::size_t>(body);
+                touched[i] = 1;
+                if (summed_up_[i] == report.passes || bodies.props[i].is_static()) {
+                    continue;
+                }
+                summed_up_[i] = report.passes;
+                changed_[i] += (velocity[i].v - before[i].v).norm() +
+                               outermost * bodies.props[i].bounding_radius * (velocity[i].w - before[i].w).norm();
+            }
         }
     }
     return report;

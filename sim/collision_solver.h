@@ -66,6 +66,7 @@ private:
         double quiet_until = 0.0; ///< [m/s]
     };
     std::vector<double> changed_;   ///< [body_count] by all passes so far, at any of its contacts [m/s]
+    std::vector<int> summed_up_;    ///< [body_count] passes of which `changed_` tells; 0: none
     std::vector<char> collides_;    ///< [pairs] in this pass
     std::vector<Watched> watched_;  ///< [pairs]
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass

@@ -44,12 +44,17 @@ bool has_avx2() {
 
 CHOOSE_KERNEL(double, block, BatchSweep)
 CHOOSE_KERNEL(double, check, BatchCheck)
+CHOOSE_KERNEL(void, carry, BatchCarry)
 CHOOSE_KERNEL(void, prepare, BatchPreparation)
 CHOOSE_KERNEL(void, axes, AxesSearch)
 CHOOSE_KERNEL(double, rest, RestWork)
 
 double sweep_batches(const BatchSweep& sweep) {
     return block_kernel()(sweep);
+}
+
+void carry_batches(const BatchCarry& carry) {
+    carry_kernel()(carry);
 }
 
 double check_batches(const BatchCheck& check) {

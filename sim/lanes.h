@@ -241,6 +241,9 @@ LANES_INLINE Real3 operator+(Real3 a, Real3 b) {
 LANES_INLINE Real3 operator-(Real3 a, Real3 b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
+LANES_INLINE Real3 operator-(Real3 a) {
+    return {-a.x, -a.y, -a.z};
+}
 LANES_INLINE Real3 operator*(Real s, Real3 a) {
     return {s * a.x, s * a.y, s * a.z};
 }
@@ -250,8 +253,16 @@ LANES_INLINE Real dot(Real3 a, Real3 b) {
 LANES_INLINE Real3 cross(Real3 a, Real3 b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+LANES_INLINE Real norm(Real3 a) {
+    return sqrt(dot(a, a));
+}
 LANES_INLINE Real3 load3(const Lanes* from) {
     return {load(from[0]), load(from[1]), load(from[2])};
+}
+LANES_INLINE void store3(Lanes* to, Real3 v) {
+    store(to[0], v.x);
+    store(to[1], v.y);
+    store(to[2], v.z);
 }
 LANES_INLINE Real3 select(Mask m, Real3 yes, Real3 no) {
     return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
@@ -278,6 +289,27 @@ LANES_INLINE Real3 solve(const Sym3& m, Real3 b) {
     const Real c_zz = m.xx * m.yy - m.xy * m.xy;
     const Real r = 1.0 / (m.xx * c_xx + m.xy * c_xy + m.xz * c_xz);
     return r * (Sym3{c_xx, c_xy, c_xz, c_yy, c_yz, c_zz} * b);
+}
+
+/// What a wrench does to the velocities of bodies: apply_wrench(), lane by lane. p, moment: impulse [N s] at r [m] from
+/// their centres, and moment about that point [N m s].
+struct Push {
+    Real3 dv, dw;
+    LANES_INLINE Push(const Lanes& inverse_mass, const Lanes* inverse_inertia, Real3 r, Real3 p, Real3 moment)
+        : dv(load(inverse_mass) * p), dw(load_sym(inverse_inertia) * (cross(r, p) + moment)) {}
+};
+
+/// Adds it to the velocities (rows as for gather) of the bodies in the lanes `moves`.
+LANES_INLINE void push_bodies(double* velocity, const int* body, unsigned moves, const Push& push) {
+    const Real zero = real(0.0);
+    Real rows[8] = {push.dv.x, push.dv.y, push.dv.z, push.dw.x, push.dw.y, push.dw.z, zero, zero};
+    transpose(rows);
+    for (int l = 0; l < lane_count; ++l) {
+        if ((moves >> l & 1u) != 0) {
+            double* row = velocity + 8 * body[l];
+            store(row, load(row) + rows[l]);
+        }
+    }
 }
 
 } // namespace

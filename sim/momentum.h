@@ -11,8 +11,8 @@ class Momentum {
 public:
     static constexpr int no_limit = std::numeric_limits<int>::max();
 
-    /// last: sweep of a solve [-] after which none is carried on.
-    explicit Momentum(int last = no_limit) : last_(last) {}
+    /// plain, last: sweeps of a solve [-] before any is carried on, and after which none is.
+    explicit Momentum(int plain = 20, int last = no_limit) : plain_(plain), last_(last) {}
 
     /// Before the first sweep of a solve.
     void begin() { sweeps_ = 0; }
@@ -20,7 +20,7 @@ public:
     /// Before each sweep: is it carried on?
     bool carries() {
         ++sweeps_;
-        return sweeps_ > plain && sweeps_ <= last_;
+        return sweeps_ > plain_ && sweeps_ <= last_;
     }
 
     /// change: largest velocity change by the sweep before [m/s].
@@ -41,10 +41,10 @@ public:
 
 private:
     // Found by trial with dominoes and the funnel.
-    static constexpr int plain = 20;        ///< sweeps of a solve before any is carried on [-]
     static constexpr double largest = 0.98; ///< most of the last step that is repeated [-]
     static constexpr double growth = 2.0;   ///< of the change since it began [-]; beyond, it begins anew
 
+    int plain_;
     int last_;
     int sweeps_ = 0;               ///< since begin()
     int carried_ = 0;              ///< since the momentum began

@@ -26,12 +26,6 @@ LANES_INLINE void gather_rows(double* const* from, int offset, Real rows[8]) {
     transpose(rows);
 }
 
-LANES_INLINE void store3(Lanes* to, const Real3& v) {
-    store(to[0], v.x);
-    store(to[1], v.y);
-    store(to[2], v.z);
-}
-
 LANES_INLINE Mask nowhere() {
     return real(0.0) < 0.0;
 }
@@ -251,27 +245,10 @@ LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const Bat
     const Frame f(batch);
     const Real3 p = f.world(force.x, force.y) + force.z * f.n;
     const Real3 moment = f.world(turning.x, turning.y) + turning.z * f.n;
-    const auto add = [&](const int* body, unsigned moves, const Lanes& inverse_mass, const Lanes* inertia, const Lanes* r,
-                         double sign) {
-        Real row[8];
-        gather(work.velocity, body, row);
-        const Real3 dv = (sign * load(inverse_mass)) * p;
-        const Real3 dw = load_sym(inertia) * (cross(load3(r), p) + moment);
-        row[0] += dv.x;
-        row[1] += dv.y;
-        row[2] += dv.z;
-        row[3] += sign * dw.x;
-        row[4] += sign * dw.y;
-        row[5] += sign * dw.z;
-        transpose(row);
-        for (int l = 0; l < lane_count; ++l) {
-            if ((moves >> l & 1u) != 0) {
-                store(work.velocity + 8 * body[l], row[l]);
-            }
-        }
-    };
-    add(batch.a, batch.moves_a, batch.inverse_mass_a, batch.inverse_inertia_a, batch.r_a, 1.0);
-    add(batch.b, batch.moves_b, batch.inverse_mass_b, batch.inverse_inertia_b, batch.r_b, -1.0);
+    push_bodies(work.velocity, batch.a, batch.moves_a,
+                Push(batch.inverse_mass_a, batch.inverse_inertia_a, load3(batch.r_a), p, moment));
+    push_bodies(work.velocity, batch.b, batch.moves_b,
+                Push(batch.inverse_mass_b, batch.inverse_inertia_b, load3(batch.r_b), -p, -moment));
 }
 
 /// A body's predicted motion since the interval began.
