@@ -89,7 +89,10 @@ void fill_empty_lane(BlockBatch& batch, std::size_t lane) {
 /// Colours the blocks so that no two of a colour move the same body, each taking the first colour free, and fills
 /// batches colour by colour with blocks of like size.
 void ContactBlocks::plan(const Bodies& bodies) {
-    std::vector<std::uint64_t> used(bodies.props.size(), 0);
+    used_.resize(bodies.props.size());
+    for (const ContactBlock& block : blocks) {
+        used_[static_cast<std::size_t>(block.a)] = used_[static_cast<std::size_t>(block.b)] = 0;
+    }
     struct Place {
         int colour;
         int count;
@@ -106,10 +109,10 @@ void ContactBlocks::plan(const Bodies& bodies) {
         std::uint64_t none = 0;
         std::uint64_t& used_a = bodies.props[static_cast<std::size_t>(block.a)].is_static()
                                     ? none
-                                    : used[static_cast<std::size_t>(block.a)];
+                                    : used_[static_cast<std::size_t>(block.a)];
         std::uint64_t& used_b = bodies.props[static_cast<std::size_t>(block.b)].is_static()
                                     ? none
-                                    : used[static_cast<std::size_t>(block.b)];
+                                    : used_[static_cast<std::size_t>(block.b)];
         int colour = std::countr_one(used_a | used_b);
         if (colour < colour_limit) {
             used_a |= std::uint64_t{1} << colour;
@@ -193,7 +196,10 @@ void ContactBlocks::fill_batches(const Bodies& bodies, std::size_t first, std::s
 
 /// Before the first of a solve's sweeps.
 void ContactBlocks::begin_sweeps(const Bodies& bodies) {
-    activity.assign(bodies.props.size(), 0.0);
+    activity.resize(bodies.props.size());
+    for (const ContactBlock& block : blocks) {
+        activity[static_cast<std::size_t>(block.a)] = activity[static_cast<std::size_t>(block.b)] = 0.0;
+    }
     carried_.clear();
     momentum_.begin();
 }

@@ -25,11 +25,10 @@ constexpr double slack_share = 0.1;
 /// Kinetic energy a pass may add to rounding, as a share [-] of the energy before it.
 constexpr double energy_rounding = 1e-13;
 
-double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity,
-                      std::span<const char> included) {
+double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity, std::span<const std::size_t> included) {
     double energy = 0.0;
-    for (std::size_t i = 0; i < included.size(); ++i) {
-        if (included[i] != 0 && !bodies.props[i].is_static()) {
+    for (const std::size_t i : included) {
+        if (!bodies.props[i].is_static()) {
             const Vec3 momentum =
                 angular_momentum(bodies.props[i], bodies.pose[i].orientation, velocity[i].w);
             energy += 0.5 * (velocity[i].v.squaredNorm() / bodies.props[i].inverse_mass +
@@ -108,10 +107,10 @@ double slack_of_contacts(const Bodies& bodies, const PairContacts& pair, std::sp
     return slack;
 }
 
-/// from + s (to - from), body by body.
-void blend(std::span<const Velocity> from, std::span<const Velocity> to, double s,
+/// from + s (to - from) of these bodies.
+void blend(std::span<const Velocity> from, std::span<const Velocity> to, double s, std::span<const std::size_t> included,
            std::span<Velocity> result) {
-    for (std::size_t i = 0; i < result.size(); ++i) {
+    for (const std::size_t i : included) {
         result[i] = {from[i].v + s * (to[i].v - from[i].v), from[i].w + s * (to[i].w - from[i].w)};
     }
 }
@@ -222,17 +221,9 @@ int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& veloci
 /// If the pass added energy, goes back along the line to its plastic solution as far as needed. The kinetic
 /// energy is a quadratic on that line and the plastic end has lost energy, so the crossing is unique;
 /// friction stays inside its cone, which is convex. Returns the energy taken away [J].
-double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velocity>& before,
-                                    std::vector<Velocity>& velocity, const StepSettings& settings) {
-    std::vector<char> included(velocity.size(), 0);
-    for (const ContactBlock& block : loop_.blocks) {
-        included[static_cast<std::size_t>(block.a)] = included[static_cast<std::size_t>(block.b)] = 1;
-    }
-    if (!joints_.empty()) {
-        included.assign(included.size(), 1);
-    }
-    const double start = kinetic_energy(bodies, before, included) + energy_owed_;
-    const double elastic = kinetic_energy(bodies, velocity, included);
+double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings) {
+    const double start = kinetic_energy(bodies, before_, in_pass_) + energy_owed_;
+    const double elastic = kinetic_energy(bodies, velocity, in_pass_);
     if (elastic <= start * (1.0 + energy_rounding)) {
         return 0.0;
     }
@@ -244,13 +235,16 @@ double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velo
         point.p_n = 0.0;
         point.p_t.setZero();
     }
-    std::vector<Velocity> plastic = before;
+    plastic_.resize(velocity.size());
+    middle_.resize(velocity.size());
+    for (const std::size_t i : in_pass_) {
+        plastic_[i] = before_[i];
+    }
     bool converged = true;
-    iterate(bodies, plastic, settings, converged);
-    std::vector<Velocity> middle(velocity.size());
-    blend(plastic, velocity, 0.5, middle);
-    const double e0 = kinetic_energy(bodies, plastic, included);
-    const double e_half = kinetic_energy(bodies, middle, included);
+    iterate(bodies, plastic_, settings, converged);
+    blend(plastic_, velocity, 0.5, in_pass_, middle_);
+    const double e0 = kinetic_energy(bodies, plastic_, in_pass_);
+    const double e_half = kinetic_energy(bodies, middle_, in_pass_);
     const double curvature = 2.0 * (elastic + e0 - 2.0 * e_half);
     const double slope = elastic - e0 - curvature;
     const double missing = start - e0;
@@ -259,7 +253,7 @@ double CollisionSolver::keep_energy(const Bodies& bodies, const std::vector<Velo
         const double root = std::sqrt(std::max(slope * slope + 4.0 * curvature * missing, 0.0));
         s = slope + root > 0.0 ? std::clamp(2.0 * missing / (slope + root), 0.0, 1.0) : 0.0;
     }
-    blend(plastic, std::vector<Velocity>(velocity), s, velocity);
+    blend(plastic_, velocity, s, in_pass_, velocity);
     for (std::size_t i = 0; impacts != nullptr && i < elastic_.size(); ++i) {
         ContactPoint& point = loop_.points[i];
         point.p_n += s * (elastic_[i].p_n - point.p_n);
@@ -292,13 +286,28 @@ void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pa
     }
 }
 
+/// The bodies whose velocities this pass may change, and these velocities.
+void CollisionSolver::begin_pass(std::span<const Velocity> velocity) {
+    included_.assign(velocity.size(), joints_.empty() ? 0 : 1);
+    for (const ContactBlock& block : loop_.blocks) {
+        included_[static_cast<std::size_t>(block.a)] = included_[static_cast<std::size_t>(block.b)] = 1;
+    }
+    before_.resize(velocity.size());
+    in_pass_.clear();
+    for (std::size_t i = 0; i < velocity.size(); ++i) {
+        if (included_[i] != 0) {
+            in_pass_.push_back(i);
+            before_[i] = velocity[i];
+        }
+    }
+}
+
 CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
                                          std::span<const Joint> joints, const StepSettings& settings,
                                          std::vector<Velocity>& velocity, std::vector<char>& touched) {
     CollisionReport report;
     touched.assign(velocity.size(), 0);
     changed_.assign(velocity.size(), 0.0);
-    summed_up_.assign(velocity.size(), 0);
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
         if (report.passes == pass_limit) {
             report.converged = false;
@@ -312,10 +321,10 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
             }
         }
         joints_.solve(velocity);
-        const std::vector<Velocity> before = velocity;
+        begin_pass(velocity);
         bool converged = true;
         report.iterations += iterate(bodies, velocity, settings, converged);
-        report.energy_removed += keep_energy(bodies, before, velocity, settings);
+        report.energy_removed += keep_energy(bodies, velocity, settings);
         if (impacts != nullptr) {
             report_impacts(pairs, report.passes);
         }
@@ -323,15 +332,12 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         report.collisions += static_cast<int>(loop_.points.size());
         ++report.passes;
         for (const ContactBlock& block : loop_.blocks) {
-            for (const int body : {block.a, block.b}) {
-                const auto i = static_cast<std::size_t>(body);
-                touched[i] = 1;
-                if (summed_up_[i] == report.passes || bodies.props[i].is_static()) {
-                    continue;
-                }
-                summed_up_[i] = report.passes;
-                changed_[i] += (velocity[i].v - before[i].v).norm() +
-                               outermost * bodies.props[i].bounding_radius * (velocity[i].w - before[i].w).norm();
+            touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
+        }
+        for (const std::size_t i : in_pass_) {
+            if (!bodies.props[i].is_static()) {
+                changed_[i] += (velocity[i].v - before_[i].v).norm() +
+                               outermost * bodies.props[i].bounding_radius * (velocity[i].w - before_[i].w).norm();
             }
         }
     }

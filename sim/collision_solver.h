@@ -45,8 +45,8 @@ private:
     int iterate(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
                 bool& converged);
     void report_impacts(std::span<const PairContacts> pairs, int pass);
-    double keep_energy(const Bodies& bodies, const std::vector<Velocity>& before,
-                       std::vector<Velocity>& velocity, const StepSettings& settings);
+    void begin_pass(std::span<const Velocity> velocity);
+    double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings);
 
     ContactBlocks loop_;
     TogetherSweeps together_; ///< over few blocks
@@ -66,7 +66,11 @@ private:
         double quiet_until = 0.0; ///< [m/s]
     };
     std::vector<double> changed_;   ///< [body_count] by all passes so far, at any of its contacts [m/s]
-    std::vector<int> summed_up_;    ///< [body_count] passes of which `changed_` tells; 0: none
+    std::vector<char> included_;    ///< [body_count] in this pass
+    std::vector<std::size_t> in_pass_; ///< these bodies, in their order
+    std::vector<Velocity> before_;  ///< [body_count] as this pass began, of the bodies in it
+    std::vector<Velocity> plastic_; ///< [body_count] memory of keep_energy()
+    std::vector<Velocity> middle_;
     std::vector<char> collides_;    ///< [pairs] in this pass
     std::vector<Watched> watched_;  ///< [pairs]
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass

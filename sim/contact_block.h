@@ -113,7 +113,7 @@ struct ContactBlocks {
     std::vector<BlockBatch> batches; ///< the same blocks in lanes, once arranged
     std::vector<BatchPoint> batch_points;
     std::vector<std::size_t> colours; ///< ends of the ranges of batches of which no two move the same body
-    std::vector<double> activity; ///< [body_count] sum of the velocity changes of each body's blocks [m/s]
+    std::vector<double> activity; ///< [body_count] of those in blocks: sum of the velocity changes of their blocks [m/s]
 
     void clear() {
         blocks.clear();
@@ -188,6 +188,7 @@ private:
     void store_batch(const BlockBatch& batch);
 
     std::vector<CarriedPoint> carried_; ///< [batch_points]
+    std::vector<std::uint64_t> used_;   ///< [body_count] bit k: a block of colour k moves it
     std::vector<double> along_;         ///< [batches] see Momentum::next
     double change_ = 0.0;               ///< [m/s] by the last sweep
     Momentum momentum_{plain_sweeps, last_carried};

@@ -1,27 +1,34 @@
 #include "sim/contact_graph.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace sim {
 
 std::vector<int> contact_levels(std::span<const ContactBlock> blocks, std::span<const BodyProps> bodies) {
     std::vector<int> level(bodies.size(), -1);
-    std::vector<std::vector<int>> neighbours(bodies.size());
-    for (const ContactBlock& block : blocks) {
-        neighbours[static_cast<std::size_t>(block.a)].push_back(block.b);
-        neighbours[static_cast<std::size_t>(block.b)].push_back(block.a);
-    }
+    std::vector<std::pair<int, int>> neighbours; // of each body in a block, in the order of bodies
     std::vector<int> front;
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-        if (bodies[i].is_static()) {
-            level[i] = 0;
-            front.push_back(static_cast<int>(i));
+    for (const ContactBlock& block : blocks) {
+        neighbours.emplace_back(block.a, block.b);
+        neighbours.emplace_back(block.b, block.a);
+        for (const int body : {block.a, block.b}) {
+            int& of_body = level[static_cast<std::size_t>(body)];
+            if (of_body < 0 && bodies[static_cast<std::size_t>(body)].is_static()) {
+                of_body = 0;
+                front.push_back(body);
+            }
         }
     }
+    std::ranges::sort(neighbours);
     for (std::size_t next = 0; next < front.size(); ++next) {
-        for (const int neighbour : neighbours[static_cast<std::size_t>(front[next])]) {
-            int& other = level[static_cast<std::size_t>(neighbour)];
+        const int body = front[next];
+        const int further = level[static_cast<std::size_t>(body)] + 1;
+        for (auto at = std::ranges::lower_bound(neighbours, std::pair(body, 0)); at != neighbours.end() && at->first == body; ++at) {
+            int& other = level[static_cast<std::size_t>(at->second)];
             if (other < 0) {
-                other = level[static_cast<std::size_t>(front[next])] + 1;
-                front.push_back(neighbour);
+                other = further;
+                front.push_back(at->second);
             }
         }
     }
