@@ -276,21 +276,20 @@ void ContactBlocks::carry_on(std::span<Velocity> velocity) {
         momentum_.start(change_);
         return;
     }
-    BatchCarry carry{.points = batch_points.data(),
-                     .carried = carried_.data(),
-                     .velocity = velocity.front().v.data(),
-                     .activity = activity.data()};
-    const auto carry_range = [&](std::size_t first, std::size_t last, double* along) {
-        BatchCarry range = carry;
-        range.batches = batches.data() + first;
-        range.batch_count = last - first;
-        range.along = along;
-        carry_batches(range);
+    const auto carry = [&](std::size_t first, std::size_t last, double* along, double momentum) {
+        carry_batches({.batches = batches.data() + first,
+                       .batch_count = last - first,
+                       .points = batch_points.data(),
+                       .carried = carried_.data(),
+                       .along = along,
+                       .momentum = momentum,
+                       .velocity = velocity.front().v.data(),
+                       .activity = activity.data()});
     };
     along_.resize(batches.size());
-    share(batches.size(), [&](std::size_t first, std::size_t last) { carry_range(first, last, along_.data() + first); });
-    carry.momentum = momentum_.next(std::accumulate(along_.begin(), along_.end(), 0.0), change_);
-    share_colours([&](std::size_t first, std::size_t last) { carry_range(first, last, nullptr); });
+    share(batches.size(), [&](std::size_t first, std::size_t last) { carry(first, last, along_.data() + first, 0.0); });
+    const double momentum = momentum_.next(std::accumulate(along_.begin(), along_.end(), 0.0), change_);
+    share_colours([&](std::size_t first, std::size_t last) { carry(first, last, nullptr, momentum); });
 }
 
 double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double slack) {

@@ -65,7 +65,8 @@ double limit_of(double gap, const Pass& pass) {
 
 /// How much the velocities of the pair may change at its contacts [m/s] before one is a collision, whatever their
 /// normals; 0 or less: one may be.
-double slack_of_pair(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
+double slack_of_pair(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity,
+                     const Pass& pass) {
     const auto a = static_cast<std::size_t>(pair.manifold.body_a);
     const auto b = static_cast<std::size_t>(pair.manifold.body_b);
     double fastest = (velocity[a].v - velocity[b].v).norm();
@@ -95,7 +96,8 @@ Approach approach_of(const Bodies& bodies, const PairContacts& pair, std::size_t
 }
 
 /// The same of its contacts as they are; -no_end: one is a collision.
-double slack_of_contacts(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
+double slack_of_contacts(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity,
+                         const Pass& pass) {
     double slack = no_end;
     for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
         const Approach approach = approach_of(bodies, pair, i, velocity, pass);
@@ -108,8 +110,8 @@ double slack_of_contacts(const Bodies& bodies, const PairContacts& pair, std::sp
 }
 
 /// from + s (to - from) of these bodies.
-void blend(std::span<const Velocity> from, std::span<const Velocity> to, double s, std::span<const std::size_t> included,
-           std::span<Velocity> result) {
+void blend(std::span<const Velocity> from, std::span<const Velocity> to, double s,
+           std::span<const std::size_t> included, std::span<Velocity> result) {
     for (const std::size_t i : included) {
         result[i] = {from[i].v + s * (to[i].v - from[i].v), from[i].w + s * (to[i].w - from[i].w)};
     }
@@ -144,8 +146,9 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
                 continue;
             }
             const double slack = pass == 0 && pairs[k].was_ahead ? 0.0 : slack_of_pair(bodies, pairs[k], velocity, now);
-            pair.quiet_until = changed + slack;
-            if (slack <= 0.0) {
+            if (slack > 0.0) {
+                pair.quiet_until = changed + slack;
+            } else {
                 near.push_back(k);
             }
         }
@@ -221,7 +224,8 @@ int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& veloci
 /// If the pass added energy, goes back along the line to its plastic solution as far as needed. The kinetic
 /// energy is a quadratic on that line and the plastic end has lost energy, so the crossing is unique;
 /// friction stays inside its cone, which is convex. Returns the energy taken away [J].
-double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings) {
+double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity,
+                                    const StepSettings& settings) {
     const double start = kinetic_energy(bodies, before_, in_pass_) + energy_owed_;
     const double elastic = kinetic_energy(bodies, velocity, in_pass_);
     if (elastic <= start * (1.0 + energy_rounding)) {

@@ -95,8 +95,8 @@ inline constexpr std::size_t least_shared = 32;
 /// With fewer batches of a colour it is not worth while to share them among threads.
 inline constexpr std::size_t least_batches = 4;
 
-/// Sweeps of a solve over batches [-] before any is carried on. With 10 the funnel's impacts take a few less, with 6 rows of
-/// fallen dominoes many more.
+/// Sweeps of a solve over batches [-] before any is carried on. With 10 the funnel's impacts take a few less, with 6 rows
+/// of fallen dominoes many more.
 inline constexpr int plain_sweeps = 14;
 
 /// Sweep of a solve over batches [-] after which none is carried on: in a row of 200 fallen dominoes the momentum that

@@ -24,7 +24,8 @@ std::vector<int> contact_levels(std::span<const ContactBlock> blocks, std::span<
     for (std::size_t next = 0; next < front.size(); ++next) {
         const int body = front[next];
         const int further = level[static_cast<std::size_t>(body)] + 1;
-        for (auto at = std::ranges::lower_bound(neighbours, std::pair(body, 0)); at != neighbours.end() && at->first == body; ++at) {
+        auto at = std::ranges::lower_bound(neighbours, std::pair(body, 0));
+        for (; at != neighbours.end() && at->first == body; ++at) {
             int& other = level[static_cast<std::size_t>(at->second)];
             if (other < 0) {
                 other = further;

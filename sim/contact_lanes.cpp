@@ -56,13 +56,14 @@ void ContactSolver::head_blocks(const Bodies& bodies, PairContacts& pair, int pa
                 .memory = pair.memory.data() + first,
                 .pair = pair_index,
                 .index = static_cast<int>(first),
-                .has_edges = own.back().feature.kind == FeatureKind::edges};
-        const std::span<const Contact> on_face = own.first(own.size() - static_cast<std::size_t>(head.has_edges));
-        head.is_plain = on_face.empty() || (block.is_flat && std::ranges::all_of(on_face, [&](const Contact& contact) {
-                                                return contact.feature.kind == feature.kind && !is_curved(contact.feature);
-                                            }));
-        if (head.is_plain && head.has_edges) {
-            const ContactFeature& edges = own.back().feature;
+                .is_plain = block.is_flat || own.size() == 1};
+        const ContactFeature& edges = own.back().feature; // the last by its id, if there are any
+        const bool has_edges = edges.kind == FeatureKind::edges;
+        for (const Contact& contact : own.first(own.size() - (has_edges ? 1 : 0))) {
+            head.is_plain = head.is_plain && block.is_flat && contact.feature.kind == feature.kind && !is_curved(contact.feature);
+        }
+        head.has_edges = head.is_plain && has_edges;
+        if (head.has_edges) {
             head.edge_a = bodies.pose[static_cast<std::size_t>(block.a)].orientation * (edges.side * edges.direction_a);
             head.edge_b = bodies.pose[static_cast<std::size_t>(block.b)].orientation * edges.direction_b;
         }
@@ -153,7 +154,7 @@ void ContactSolver::head_batch(const Bodies& bodies, std::size_t i) {
             __builtin_prefetch(points[k].at[lane]);
             __builtin_prefetch(points[k].at[lane] + 7);
         }
-        if (head.is_plain && head.has_edges) {
+        if (head.has_edges) {
             rest.edges |= bit;
             points[static_cast<std::size_t>(block.count - 1)].edges |= bit;
             const double size = std::min(bodies.props[static_cast<std::size_t>(block.a)].bounding_radius,

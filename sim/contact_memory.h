@@ -36,12 +36,13 @@ struct PairContacts {
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
 };
 
-/// Pairs for whose contacts is asked ahead of their turn: they lie anywhere in memory.
+/// Pairs for whose contacts is asked ahead of their turn, by trial with the funnel: they lie anywhere in memory.
 inline constexpr std::size_t ahead_pairs = 3;
 
 /// Asks for `size` bytes from `from` on.
 inline void fetch(const void* from, std::size_t size) {
-    for (std::size_t at = 0; at < size; at += 64) {
+    constexpr std::size_t cache_line = 64; // bytes
+    for (std::size_t at = 0; at < size; at += cache_line) {
         __builtin_prefetch(static_cast<const char*>(from) + at);
     }
 }

@@ -159,8 +159,8 @@ private:
         ContactMemory* memory = nullptr;
         int pair = -1;
         int index = -1; ///< of the first of them, in the pair
-        bool is_plain = false;
-        bool has_edges = false;
+        bool is_plain = false;  ///< see RestBlock
+        bool has_edges = false; ///< and its last contact is of crossing edges
         Vec3 edge_a = Vec3::Zero(); ///< see RestBlock
         Vec3 edge_b = Vec3::Zero();
     };

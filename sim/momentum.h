@@ -12,7 +12,7 @@ public:
     static constexpr int no_limit = std::numeric_limits<int>::max();
 
     /// plain, last: sweeps of a solve [-] before any is carried on, and after which none is.
-    explicit Momentum(int plain = 20, int last = no_limit) : plain_(plain), last_(last) {}
+    explicit Momentum(int plain = few, int last = no_limit) : plain_(plain), last_(last) {}
 
     /// Before the first sweep of a solve.
     void begin() { sweeps_ = 0; }
@@ -41,6 +41,7 @@ public:
 
 private:
     // Found by trial with dominoes and the funnel.
+    static constexpr int few = 20;          ///< sweeps of a solve before any is carried on [-]
     static constexpr double largest = 0.98; ///< most of the last step that is repeated [-]
     static constexpr double growth = 2.0;   ///< of the change since it began [-]; beyond, it begins anew
 

@@ -86,16 +86,18 @@ Row measure(int side, int steps) {
 int main(int argc, char** argv) {
     const std::string out = argc > 1 ? argv[1] : "out/bench";
     const int steps = argc > 2 ? std::stoi(argv[2]) : 1300;
-    std::string csv = "bodies,ms_per_step,ms_per_step_of_fall,contacts,sweeps,us_per_contact,bytes_per_body,bytes_per_contact\n";
-    std::puts("| bodies | ms/step | in free fall | contacts | sweeps | us a contact beyond that | bytes a body | bytes a contact |\n"
+    std::string csv =
+        "bodies,ms_per_step,ms_per_step_of_fall,contacts,sweeps,us_per_contact,bytes_per_body,bytes_per_contact\n";
+    std::puts("| bodies | ms/step | in free fall | contacts | sweeps | us a contact beyond that | bytes a body | "
+              "bytes a contact |\n"
               "| --- | --- | --- | --- | --- | --- | --- | --- |");
     for (const int side : {10, 20, 40}) {
         const Row row = measure(side, steps);
         const double us = 1e3 * (row.ms - row.fall_ms) / row.contacts;
-        csv += fmt::format("{},{:.4f},{:.4f},{:.0f},{:.2f},{:.4f},{:.0f},{:.0f}\n", row.bodies, row.ms, row.fall_ms, row.contacts,
-                           row.sweeps, us, row.body_bytes, row.contact_bytes);
-        fmt::print("| {} | {:.2f} | {:.2f} | {:.0f} | {:.1f} | {:.3f} | {:.0f} | {:.0f} |\n", row.bodies, row.ms, row.fall_ms, row.contacts,
-                   row.sweeps, us, row.body_bytes, row.contact_bytes);
+        csv += fmt::format("{},{:.4f},{:.4f},{:.0f},{:.2f},{:.4f},{:.0f},{:.0f}\n", row.bodies, row.ms, row.fall_ms,
+                           row.contacts, row.sweeps, us, row.body_bytes, row.contact_bytes);
+        fmt::print("| {} | {:.2f} | {:.2f} | {:.0f} | {:.1f} | {:.3f} | {:.0f} | {:.0f} |\n", row.bodies, row.ms,
+                   row.fall_ms, row.contacts, row.sweeps, us, row.body_bytes, row.contact_bytes);
         std::fflush(stdout);
     }
     std::filesystem::create_directories(out);

@@ -242,7 +242,7 @@ struct AnyBatches {
             batch.moves_a = batch.moves_b = 0xff;
             batch.face_of_a = 0x55;
             blocks[i].plain = 0xff;
-            blocks[i].edges = i == 0 ? 0 : 0x0f;
+            blocks[i].edges = i == 0 ? 0x30 : 0x0f;
             for (std::size_t lane = 0; lane < lane_count; ++lane) {
                 batch.a[lane] = body++;
                 batch.b[lane] = body++;
@@ -256,6 +256,7 @@ struct AnyBatches {
         }
         for (std::size_t k = 0; k < rest.size(); ++k) {
             rest[k].there = k == 3 ? 0x3f : 0xff;
+            rest[k].edges = k == 3 ? 0x30 : k == 4 ? 0x0f : 0; // beside points at a face, and alone
             for (std::size_t lane = 0; lane < lane_count; ++lane) {
                 rest[k].at[lane] = &geometry[k * lane_count + lane].gap;
                 rest[k].memory[lane] = &memory[k * lane_count + lane].p_n;
