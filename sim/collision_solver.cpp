@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace sim {
 namespace {
@@ -292,17 +293,22 @@ void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pa
 
 /// The bodies whose velocities this pass may change, and these velocities.
 void CollisionSolver::begin_pass(std::span<const Velocity> velocity) {
-    included_.assign(velocity.size(), joints_.empty() ? 0 : 1);
-    for (const ContactBlock& block : loop_.blocks) {
-        included_[static_cast<std::size_t>(block.a)] = included_[static_cast<std::size_t>(block.b)] = 1;
+    in_pass_.clear();
+    if (joints_.empty()) {
+        for (const ContactBlock& block : loop_.blocks) {
+            in_pass_.push_back(static_cast<std::size_t>(block.a));
+            in_pass_.push_back(static_cast<std::size_t>(block.b));
+        }
+        std::ranges::sort(in_pass_);
+        const auto rest = std::ranges::unique(in_pass_);
+        in_pass_.erase(rest.begin(), rest.end());
+    } else {
+        in_pass_.resize(velocity.size());
+        std::iota(in_pass_.begin(), in_pass_.end(), std::size_t{0});
     }
     before_.resize(velocity.size());
-    in_pass_.clear();
-    for (std::size_t i = 0; i < velocity.size(); ++i) {
-        if (included_[i] != 0) {
-            in_pass_.push_back(i);
-            before_[i] = velocity[i];
-        }
+    for (const std::size_t i : in_pass_) {
+        before_[i] = velocity[i];
     }
 }
 

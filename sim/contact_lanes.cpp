@@ -84,7 +84,7 @@ void ContactSolver::start_lanes(const Bodies& bodies, std::vector<PairContacts>&
     rest_blocks_.resize(loop_.batches.size());
     begin_.resize(bodies.props.size());
     end_.resize(bodies.props.size());
-    for (std::size_t i = 0; i < bodies.props.size(); ++i) {
+    for (const std::size_t i : solved_bodies_) {
         const Vec3& position = bodies.pose[i].position;
         const Mat3& inertia = bodies.inverse_inertia[i];
         begin_[i] = {{position.x(), position.y(), position.z(), bodies.props[i].inverse_mass, inertia(0, 0), inertia(0, 1),

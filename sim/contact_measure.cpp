@@ -46,8 +46,9 @@ Vec3 rolled(const Pose& from, const Pose& to, const Vec3& touch_from, const Vec3
 } // namespace
 
 void ContactSolver::predict(const Bodies& bodies) {
-    loop_.share(bodies.props.size(), [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) {
+    loop_.share(solved_bodies_.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            const std::size_t i = solved_bodies_[k];
             predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
             placed_[i] = PlacedBody(predicted_[i]);
             if (in_lanes_) {

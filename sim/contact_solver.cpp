@@ -61,19 +61,18 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     relaxation_ = gap_relaxation * std::clamp(tight_velocity_tolerance / iteration_tolerance_,
                                               loose_gap_relaxation / gap_relaxation, 1.0);
     velocity_ = bodies.velocity;
-    predicted_ = bodies.pose;
-    radius_.clear();
-    for (const BodyProps& props : bodies.props) {
-        radius_.push_back(props.is_static() ? 0.0 : props.bounding_radius);
-    }
+    measured_.resize(bodies.props.size());
+    predicted_.resize(bodies.props.size());
+    placed_.resize(bodies.props.size());
+    radius_.resize(bodies.props.size());
     all_in_solve_ = true;
-    placed_.resize(predicted_.size());
     loop_.clear();
     joint_weight_.clear();
     for (const JointMemory& memory : joint_memory) {
         joint_weight_.push_back(node_weight(memory.last_interval, h));
     }
     joints_.prepare(bodies, joints);
+    find_solved_bodies(bodies, pairs, joints);
     std::vector<Place> places(pairs.size() + 1); // of each pair and of the end
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
         Taken taken;
@@ -108,6 +107,8 @@ void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairCon
                                  std::span<const Velocity> at_node) {
     leave_lanes(bodies, pairs);
     const PairContacts& added = pairs[static_cast<std::size_t>(pair)];
+    add_solved_body(bodies, added.manifold.body_a);
+    add_solved_body(bodies, added.manifold.body_b);
     Taken taken;
     take(bodies, added, taken);
     all_in_solve_ = all_in_solve_ && taken.at.size() == added.manifold.contacts.size();
@@ -116,6 +117,37 @@ void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairCon
     place_contacts(bodies, added, pair, place, taken);
     find_late_impacts(added, place.block, at_node);
     apply_impulses(bodies, place.block);
+}
+
+/// Bodies that are not among them move freely over the interval: to where predicted() tells from here on.
+void ContactSolver::find_solved_bodies(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const Joint> joints) {
+    is_solved_.assign(bodies.props.size(), 0);
+    solved_bodies_.clear();
+    for (const PairContacts& pair : pairs) {
+        add_solved_body(bodies, pair.manifold.body_a);
+        add_solved_body(bodies, pair.manifold.body_b);
+    }
+    for (const Joint& joint : joints) {
+        add_solved_body(bodies, joint.a);
+        add_solved_body(bodies, joint.b);
+    }
+    std::ranges::sort(solved_bodies_);
+    loop_.share(bodies.props.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            if (is_solved_[i] == 0) {
+                predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
+            }
+        }
+    });
+}
+
+void ContactSolver::add_solved_body(const Bodies& bodies, int body) {
+    const auto i = static_cast<std::size_t>(body);
+    if (is_solved_[i] == 0) {
+        is_solved_[i] = 1;
+        solved_bodies_.push_back(i);
+        radius_[i] = bodies.props[i].is_static() ? 0.0 : bodies.props[i].bounding_radius;
+    }
 }
 
 void ContactSolver::find_late_impacts(const PairContacts& pair, std::size_t first_block, std::span<const Velocity> at_node) {
@@ -353,7 +385,9 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             break;
         }
         if (outer == 0) {
-            measured_ = velocity_;
+            for (const std::size_t i : solved_bodies_) {
+                measured_[i] = velocity_[i];
+            }
         }
         const int left = settings_.iteration_limit - report.iterations;
         // Where bodies turn so far that another linear solve makes it worse, only a shorter interval helps.

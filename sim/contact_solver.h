@@ -116,6 +116,7 @@ public:
     /// Of the joints under the impulses found: see JointSolver::fastest_rate() [rad/s].
     double joint_rate(const Bodies& bodies);
 
+    std::span<const std::size_t> solved_bodies() const { return solved_bodies_; } ///< in contacts or joints; others move freely
     std::span<const Velocity> velocity() const { return velocity_; } ///< at t0 after the impulses
     std::span<const Pose> predicted() const { return predicted_; }   ///< at t0 + h
     /// Velocities at t0 itself: with the share of the impulses that acts before it (Verlet's half).
@@ -124,6 +125,8 @@ public:
 
 private:
     double part_of(double tolerance) const;
+    void find_solved_bodies(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const Joint> joints);
+    void add_solved_body(const Bodies& bodies, int body);
     void predict(const Bodies& bodies);
     /// Contacts of one pair.
     struct Taken {
@@ -215,6 +218,8 @@ private:
     const double* before_ = nullptr;        ///< bodies.velocity
     RestRules rules_;
     std::vector<double> joint_weight_;      ///< [joint_count]
+    std::vector<std::size_t> solved_bodies_;
+    std::vector<char> is_solved_;    ///< [body_count] is it one of them?
     std::vector<Velocity> velocity_;
     std::vector<Velocity> measured_; ///< those of the first measurement of this solve
     std::vector<char> is_hit_;       ///< [body_count] by an impact held ahead

@@ -60,7 +60,8 @@ WorldState::WorldState(const SceneDef& scene, int threads)
                                               .pose = {},
                                               .velocity = {},
                                               .inverse_inertia = {}},
-      broad_phase(std::span(bodies.props).first(reported_count)), workers(threads) {
+      broad_phase(std::span(bodies.props).first(reported_count), [this](const BodyPair& pair) { return may_touch(pair); }),
+      workers(threads) {
     for (const BodyDef& body : scene.bodies) {
         names.push_back(body.name);
         bodies.pose.push_back({body.pose.position, body.pose.orientation.normalized()});
@@ -132,6 +133,8 @@ void WorldState::move(StepReport& report) {
         }
         bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
     }
+    search_drift += search_drift_in(interval);
+    search_frame += search_frame.isZero(0.0) ? Vec3(Vec3::Zero()) : Vec3(interval * settings.gravity);
     report.max_penetration = std::max(report.max_penetration, verified_penetration);
     progress = interval >= interval_left() ? 1.0 : progress + interval / h;
     if (progress == 1.0) {

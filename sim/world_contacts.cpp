@@ -14,29 +14,12 @@ constexpr int bisections = 60;
 /// A body that moves beyond what its pairs were searched for is searched again with this much [-] to spare.
 constexpr double reach_growth = 1.5;
 
-/// Pairs are searched for as far as bodies get in this many steps at their present speed, and this share [-] of
-/// their size: the search then serves several steps.
-constexpr double search_steps = 10.0;
-constexpr double search_share = 0.01;
-
 /// Pairs are looked at again in a later round of repair where a body moved by more than this share [-] of the
 /// tolerance.
 constexpr double recheck_share = 0.02;
 
-/// Contacts are looked for this many tolerances beyond what the bodies can approach in the step.
-constexpr double margin_tolerances = 2.0;
-
 /// A contact whose features changed is taken for the one that was within this share [-] of the body's size.
 constexpr double match_reach = 1e-2;
-
-/// How far a point of the body moves between two poses, at most [m].
-double moved_by(const BodyProps& props, const Pose& from, const Pose& to) {
-    if (props.is_static()) {
-        return 0.0;
-    }
-    const double turn = 2.0 * (to.orientation * from.orientation.conjugate()).vec().norm();
-    return (to.position - from.position).norm() + turn * props.bounding_radius;
-}
 
 std::uint64_t id_of(const Contact& contact) {
     return contact.feature.id;
@@ -89,67 +72,15 @@ std::size_t WorldState::pair_index(const BodyPair& pair) const {
     return static_cast<std::size_t>(added - pairs.begin());
 }
 
-/// Pairs of bodies that may touch while each moves by up to its `reach` from its present pose; the last search may
-/// still tell.
-void WorldState::find_candidates() {
-    bool known = searched_pose.size() == reported_count;
-    for (std::size_t i = 0; known && i < reported_count; ++i) {
-        known = moved_by(bodies.props[i], searched_pose[i], bodies.pose[i]) + reach[i] <= searched_reach[i];
-    }
-    if (known) {
-        return;
-    }
-    searched_pose.assign(bodies.pose.begin(), bodies.pose.begin() + static_cast<std::ptrdiff_t>(reported_count));
-    searched_reach.resize(reported_count);
-    boxes.resize(reported_count);
-    for (std::size_t i = 0; i < reported_count; ++i) {
-        searched_reach[i] = bodies.props[i].is_static()
-                                ? 0.0
-                                : search_steps * reach[i] + search_share * bodies.props[i].bounding_radius;
-        boxes[i] = bounds(bodies.props[i].shape, bodies.pose[i]);
-        const Vec3 margin = Vec3::Constant(searched_reach[i] + 0.5 * margin_tolerances * settings.tolerance);
-        boxes[i].lower -= margin;
-        boxes[i].upper += margin;
-    }
-    broad_phase.find_pairs(boxes, candidates);
-    std::erase_if(candidates, [&](const BodyPair& pair) {
-        return std::ranges::binary_search(jointed, pair) || is_far_from_plane(pair);
-    });
-    check_all = true;
-    axes_known = false;
-}
-
-/// Is one of the pair a plane that the other stays apart from? The boxes of planes tell nothing.
-bool WorldState::is_far_from_plane(const BodyPair& pair) const {
-    auto plane = static_cast<std::size_t>(pair.a);
-    auto other = static_cast<std::size_t>(pair.b);
-    if (!std::holds_alternative<Plane>(bodies.props[plane].shape)) {
-        std::swap(plane, other);
-    }
-    if (!std::holds_alternative<Plane>(bodies.props[plane].shape)) {
-        return false;
-    }
-    const Vec3 normal = bodies.pose[plane].orientation * Vec3::UnitZ();
-    const double height = normal.dot(bodies.pose[other].position - bodies.pose[plane].position);
-    return height > bodies.props[other].bounding_radius + searched_reach[plane] + searched_reach[other] +
-                        margin_tolerances * settings.tolerance;
-}
-
 bool WorldState::are_boxes(const BodyPair& pair) const {
     return is_box[static_cast<std::size_t>(pair.a)] != 0 && is_box[static_cast<std::size_t>(pair.b)] != 0;
 }
 
-/// Separating axes of all candidate pairs of boxes with a body in `moved` [reported_count], at `poses`; of all where
-/// they are not known yet.
-void WorldState::update_axes(std::span<const Pose> poses, std::vector<char>& moved) {
-    if (!axes_known) {
-        moved.assign(reported_count, 1);
-        axes_known = true;
-    }
-    axes.resize(candidates.size());
+/// Separating axes, at `poses`, of all candidate pairs of boxes with a body that has `moved`.
+void WorldState::update_axes(std::span<const Pose> poses) {
     box_rows.resize(reported_count);
-    box_pose.resize(reported_count);
-    for (std::size_t i = 0; i < reported_count; ++i) {
+    for (const std::size_t i : candidate_bodies) {
+        is_unseen[i] = 0;
         if (is_box[i] != 0) {
             const Mat3 rotation = poses[i].orientation.toRotationMatrix();
             const Vec3& half = std::get<Box>(bodies.props[i].shape).half_extents;
@@ -164,13 +95,12 @@ void WorldState::update_axes(std::span<const Pose> poses, std::vector<char>& mov
     std::vector<int> first;
     std::vector<int> second;
     std::vector<int> result;
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-        const BodyPair& pair = candidates[k];
+    for (const auto& [pair, slot] : candidates) {
         if (are_boxes(pair) &&
             (moved[static_cast<std::size_t>(pair.a)] != 0 || moved[static_cast<std::size_t>(pair.b)] != 0)) {
             first.push_back(pair.a);
             second.push_back(pair.b);
-            result.push_back(static_cast<int>(k));
+            result.push_back(static_cast<int>(slot));
         }
     }
     workers.run(
@@ -185,28 +115,23 @@ void WorldState::update_axes(std::span<const Pose> poses, std::vector<char>& mov
 void WorldState::find_contacts(StepReport& report) {
     {
         const StageClock clock(report, Stage::broad_phase);
-        reach.resize(reported_count);
-        rim_speed.resize(reported_count);
-        for (std::size_t i = 0; i < reported_count; ++i) {
-            const Velocity& velocity = bodies.velocity[i];
-            rim_speed[i] = bodies.props[i].is_static() ? 0.0 : velocity.w.norm() * bodies.props[i].bounding_radius;
-            reach[i] = bodies.props[i].is_static()
-                           ? 0.0
-                           : h * (velocity.v.norm() + rim_speed[i] + h * settings.gravity.norm());
-        }
-        find_candidates();
+        find_reach();
+        find_candidates(true);
     }
     const StageClock clock(report, Stage::narrow_phase);
-    std::vector<char> moved(reported_count, 1);
-    for (std::size_t i = 0; axes_known && i < reported_count; ++i) {
-        moved[i] = is_box[i] != 0 && (box_pose[i].position != bodies.pose[i].position ||
-                                      box_pose[i].orientation.coeffs() != bodies.pose[i].orientation.coeffs());
+    moved.resize(reported_count);
+    box_pose.resize(reported_count);
+    for (const std::size_t i : candidate_bodies) {
+        moved[i] = is_unseen[i] != 0 ||
+                   (is_box[i] != 0 && (box_pose[i].position != bodies.pose[i].position ||
+                                       box_pose[i].orientation.coeffs() != bodies.pose[i].orientation.coeffs()));
     }
-    update_axes(bodies.pose, moved);
+    update_axes(bodies.pose);
     near.clear();
     for (std::size_t k = 0; k < candidates.size(); ++k) {
-        const auto [a, b] = candidates[k];
-        const double apart = are_boxes(candidates[k]) ? axes[k].separation() : 0.0;
+        const auto& [pair, slot] = candidates[k];
+        const auto [a, b] = pair;
+        const double apart = are_boxes(pair) ? axes[slot].separation() : 0.0;
         const double farthest = reach[static_cast<std::size_t>(a)] + reach[static_cast<std::size_t>(b)];
         if (apart > farthest + margin_tolerances * settings.tolerance) {
             continue; // most of them: margin_of() is no larger
@@ -249,7 +174,7 @@ std::vector<PairContacts> WorldState::known_pairs() {
     std::vector<PairContacts> known(near.size());
     auto pair = pairs.begin();
     for (std::size_t i = 0; i < near.size(); ++i) {
-        const BodyPair& candidate = candidates[near[i].candidate];
+        const BodyPair& candidate = candidates[near[i].candidate].bodies;
         while (pair != pairs.end() && key(*pair) < candidate) {
             ++pair;
         }
@@ -263,14 +188,14 @@ std::vector<PairContacts> WorldState::known_pairs() {
 /// Contacts of one pair at the present poses; pair: what the last step remembers of it. contacts: memory.
 void WorldState::find_pair_contacts(const NearPair& of, std::vector<Contact>& contacts, PairContacts& pair) const {
     const auto& [k, margin] = of;
-    const BodyPair& candidate = candidates[k];
+    const auto& [candidate, slot] = candidates[k];
     const auto a = static_cast<std::size_t>(candidate.a);
     const auto b = static_cast<std::size_t>(candidate.b);
     const Shape& shape_a = bodies.props[a].shape;
     const Shape& shape_b = bodies.props[b].shape;
     contacts.clear();
     if (are_boxes(candidate)) {
-        find_box_contacts(std::get<Box>(shape_a), bodies.pose[a], std::get<Box>(shape_b), bodies.pose[b], axes[k], margin,
+        find_box_contacts(std::get<Box>(shape_a), bodies.pose[a], std::get<Box>(shape_b), bodies.pose[b], axes[slot], margin,
                           contacts);
     } else {
         sim::find_contacts(shape_a, bodies.pose[a], shape_b, bodies.pose[b], margin, contacts);
@@ -301,39 +226,43 @@ void WorldState::find_pair_contacts(const NearPair& of, std::vector<Contact>& co
 void WorldState::check_pairs() {
     const std::span<const Pose> planned = contact_solver.predicted();
     // An impulse may throw a body farther than its velocity before told.
+    const Vec3 drift = search_drift_in(interval);
     bool farther = false;
-    for (std::size_t i = 0; i < reported_count; ++i) {
-        const double moved = moved_by(bodies.props[i], bodies.pose[i], planned[i]);
-        if (moved > reach[i]) {
-            reach[i] = reach_growth * moved;
+    for (const std::size_t i : contact_solver.solved_bodies()) {
+        if (i >= reported_count) {
+            continue;
+        }
+        const double throw_of = moved_by(bodies.props[i], bodies.pose[i], planned[i], drift);
+        if (throw_of > reach[i]) {
+            reach[i] = reach_growth * throw_of;
             farther = true;
         }
     }
     if (farther) {
-        find_candidates();
+        find_candidates(false);
     }
-    std::vector<char> moved(planned.size(), 1);
-    checked_pose.resize(planned.size());
-    for (std::size_t i = 0; i < reported_count; ++i) {
-        moved[i] = check_all || moved_by(bodies.props[i], checked_pose[i], planned[i]) >
-                                    recheck_share * settings.tolerance;
+    moved.resize(reported_count);
+    checked_pose.resize(reported_count);
+    for (const std::size_t i : candidate_bodies) {
+        moved[i] = check_all || is_unseen[i] != 0 ||
+                   moved_by(bodies.props[i], checked_pose[i], planned[i], Vec3::Zero()) > recheck_share * settings.tolerance;
         if (moved[i] != 0) {
             checked_pose[i] = planned[i];
         }
     }
     check_all = false;
-    update_axes(planned, moved);
-    pair_penetration.resize(candidates.size());
+    update_axes(planned);
     workers.run(
         candidates.size(),
         [&](std::size_t first, std::size_t last) {
             for (std::size_t k = first; k < last; ++k) {
-                const auto a = static_cast<std::size_t>(candidates[k].a);
-                const auto b = static_cast<std::size_t>(candidates[k].b);
-                if (are_boxes(candidates[k])) {
-                    pair_penetration[k] = -axes[k].separation();
+                const auto& [pair, slot] = candidates[k];
+                const auto a = static_cast<std::size_t>(pair.a);
+                const auto b = static_cast<std::size_t>(pair.b);
+                if (are_boxes(pair)) {
+                    pair_penetration[slot] = -axes[slot].separation();
                 } else if (moved[a] != 0 || moved[b] != 0) {
-                    pair_penetration[k] =
+                    pair_penetration[slot] =
                         -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
                 }
             }
@@ -352,12 +281,11 @@ int WorldState::repair() {
     int repaired = 0;
     std::vector<Contact> contacts;
     std::vector<PairContacts> added;
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-        verified_penetration = std::max(verified_penetration, pair_penetration[k]);
-        if (pair_penetration[k] <= settings.tolerance) {
+    for (const auto& [candidate, slot] : candidates) {
+        verified_penetration = std::max(verified_penetration, pair_penetration[slot]);
+        if (pair_penetration[slot] <= settings.tolerance) {
             continue;
         }
-        const BodyPair& candidate = candidates[k];
         const auto a = static_cast<std::size_t>(candidate.a);
         const auto b = static_cast<std::size_t>(candidate.b);
         if (stops_at_impacts() && separation(bodies.props[a].shape, bodies.pose[a], bodies.props[b].shape,

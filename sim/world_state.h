@@ -1,5 +1,6 @@
 #pragma once
-/// What a World holds, and its stages: world.cpp has the step, world_contacts.cpp the search for contacts.
+/// What a World holds, and its stages: world.cpp has the step, world_candidates.cpp the search for pairs that may touch,
+/// world_contacts.cpp that for their contacts.
 #include "sim/box_axes.h"
 #include "sim/broad_phase.h"
 #include "sim/collision_solver.h"
@@ -15,6 +16,12 @@
 #include <utility>
 
 namespace sim {
+
+/// Contacts are looked for this many tolerances beyond what the bodies can approach in the step.
+inline constexpr double margin_tolerances = 2.0;
+
+/// How far a point of the body moves between two poses in a frame that moves by `drift` [m] meanwhile, at most [m].
+double moved_by(const BodyProps& props, const Pose& from, const Pose& to, const Vec3& drift);
 
 /// Adds the wall time since its construction to one stage.
 class StageClock {
@@ -41,15 +48,22 @@ struct WorldState {
 
     StepReport step();
     void move(StepReport& report);
-    void find_candidates();
+    Vec3 search_drift_in(double t) const;
+    void find_reach();
+    void find_candidates(bool in_new_frame);
+    void find_all_candidates();
+    void find_candidates_of_astray();
+    double search_reach(std::size_t i) const;
+    void set_search_box(std::size_t i);
+    void add_candidates();
     /// Bodies that may touch in the step.
     struct NearPair {
         std::size_t candidate = 0;
         double margin = 0.0; ///< [m] see margin_of
     };
     void find_pair_contacts(const NearPair& of, std::vector<Contact>& contacts, PairContacts& pair) const;
-    void update_axes(std::span<const Pose> poses, std::vector<char>& moved);
-    bool is_far_from_plane(const BodyPair& pair) const;
+    void update_axes(std::span<const Pose> poses);
+    bool may_touch(const BodyPair& pair) const;
     bool are_boxes(const BodyPair& pair) const;
     void check_pairs();
     void replace_contacts(std::size_t index, const std::vector<Contact>& contacts);
@@ -84,12 +98,11 @@ struct WorldState {
     double interval = 0.0;                ///< [s] planned next
     std::vector<Pose> checked_pose;       ///< planned poses when a body's pairs were last looked at
     bool check_all = true;                ///< they have not been looked at in this plan
-    std::vector<double> pair_penetration; ///< [candidates] then [m]
+    std::vector<double> pair_penetration; ///< [slots] then [m]
     std::vector<char> is_box;             ///< [reported_count] a single box, not a part of a compound
     std::vector<PlacedBoxRow> box_rows;   ///< [reported_count]
-    std::vector<BoxAxes> axes;            ///< [candidates] of pairs of boxes
+    std::vector<BoxAxes> axes;            ///< [slots] of pairs of boxes
     std::vector<Pose> box_pose;           ///< [reported_count] at which the axes of a body's pairs were found
-    bool axes_known = false;              ///< they are those of the present candidates
     std::vector<BodyPair> meeting;        ///< apart now, overlapping at the planned poses
     double verified_penetration = 0.0;    ///< [m] at the planned poses
     double joint_rate = 0.0;              ///< [rad/s] of joints under the load of the interval planned
@@ -103,12 +116,26 @@ struct WorldState {
     std::vector<JointMemory> joint_memory;
     JointSolver joint_rows; ///< at the present poses, for what the last impulses owe
     BroadPhase broad_phase;
-    std::vector<double> reach; ///< [m] that each body may move in the step
+    std::vector<double> reach; ///< [reported_count] that each body may move in the step, in the frame of the search [m]
     std::vector<double> rim_speed; ///< [m/s] of its outermost point by its rotation
-    std::vector<Pose> searched_pose;    ///< when the candidates were searched for
+    Vec3 search_frame = Vec3::Zero();   ///< [m/s] its velocity: that of bodies which fall together
+    Vec3 search_drift = Vec3::Zero();   ///< [m] it went since then
+    std::vector<Pose> searched_pose;    ///< in that frame, when each body's pairs were searched for
     std::vector<double> searched_reach; ///< [m] that each body may be away from there
+    std::vector<int> astray;            ///< bodies whose pairs have to be searched for again
     std::vector<Bounds> boxes;
-    std::vector<BodyPair> candidates;
+    std::size_t searched_again = 0;     ///< bodies, one by one, since all were searched for
+    std::vector<BodyPair> found_pairs;  ///< by the last search
+    /// Bodies that may touch in the next steps, and where what is known of them lies.
+    struct Candidate {
+        BodyPair bodies;
+        std::size_t slot = 0;
+    };
+    std::vector<Candidate> candidates; ///< ascending
+    std::vector<std::size_t> free_slots;
+    std::vector<std::size_t> candidate_bodies; ///< all in `candidates`, ascending
+    std::vector<char> is_unseen; ///< [reported_count] the body's pairs were searched for and not looked at since
+    std::vector<char> moved; ///< [reported_count] of candidate_bodies: since their pairs were last looked at
     std::vector<NearPair> near;
     std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
     std::size_t sorted_pairs = 0;    ///< length of the ascending part

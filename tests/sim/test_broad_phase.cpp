@@ -116,6 +116,41 @@ TEST(broad_phase, empty_single_and_all_static_scenes_have_no_pairs) {
     EXPECT_TRUE(still.pairs().empty());
 }
 
+TEST(broad_phase, pairs_of_boxes_that_changed_are_found_among_the_others) {
+    Numbers numbers(11);
+    Crowd crowd = mixed_crowd(9, 2.0, Vec3::Zero());
+    BroadPhase broad_phase(crowd.props);
+    std::vector<BodyPair> pairs;
+    broad_phase.find_pairs(crowd.boxes, pairs);
+    for (int round = 0; round < 20; ++round) {
+        std::vector<int> changed;
+        for (int i = round; i < static_cast<int>(crowd.boxes.size()); i += 1 + round % 7 * 10) {
+            const auto k = static_cast<std::size_t>(i);
+            const double growth = std::pow(100.0, numbers.between(-1.0, 1.0)); // to other levels of size
+            crowd.boxes[k] = bounds(Box{0.1 * growth * Vec3::Ones()}, {numbers.vector(2.0), Quat::Identity()});
+            changed.push_back(i);
+        }
+        std::vector<BodyPair> expected;
+        for (const BodyPair& pair : crowd.expected()) {
+            if (std::ranges::count(changed, pair.a) + std::ranges::count(changed, pair.b) > 0) {
+                expected.push_back(pair);
+            }
+        }
+        broad_phase.find_pairs_of(changed, crowd.boxes, pairs);
+        EXPECT_EQ(pairs, expected) << round;
+    }
+}
+
+TEST(broad_phase, pairs_that_may_not_touch_are_none) {
+    const Crowd crowd = mixed_crowd(3, 0.5, Vec3::Zero());
+    std::vector<BodyPair> expected = crowd.expected();
+    const auto is_odd = [](const BodyPair& pair) { return (pair.a + pair.b) % 2 == 1; };
+    std::erase_if(expected, [&](const BodyPair& pair) { return !is_odd(pair); });
+    std::vector<BodyPair> pairs;
+    BroadPhase(crowd.props, is_odd).find_pairs(crowd.boxes, pairs);
+    EXPECT_EQ(pairs, expected);
+}
+
 TEST(broad_phase, each_call_starts_anew) {
     Crowd crowd;
     crowd.add(Box{}, Vec3::Zero());
