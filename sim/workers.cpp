@@ -1,5 +1,7 @@
 #include "sim/workers.h"
 
+#include <algorithm>
+
 namespace sim {
 namespace {
 
@@ -7,6 +9,12 @@ namespace {
 /// millisecond together, as long as what only one thread does between loops; then this thread goes to sleep.
 constexpr int looks = 1000;
 constexpr int polite_looks = 2000;
+
+/// Ranges of each thread, at most: more even the threads' work out better, and cost more.
+constexpr std::size_t most_ranges = 4;
+
+/// A share holds the number of its loop times this, and the ranges left.
+constexpr std::size_t loop_unit = 16;
 
 /// Waits until `value` is no longer `old`.
 void wait_for_change(const std::atomic<std::size_t>& value, std::size_t old) {
@@ -26,7 +34,7 @@ void wait_for_change(const std::atomic<std::size_t>& value, std::size_t old) {
 
 } // namespace
 
-Workers::Workers(int threads) : begun_(static_cast<std::size_t>(threads)) {
+Workers::Workers(int threads) : shares_(static_cast<std::size_t>(threads)) {
     for (int i = 1; i < threads; ++i) {
         threads_.emplace_back([this, i] { serve(static_cast<std::size_t>(i)); });
     }
@@ -41,21 +49,37 @@ Workers::~Workers() {
     }
 }
 
-/// The range of thread `part`: equal shares, whatever the order in which they run.
-void Workers::do_part(std::size_t part) const {
-    const std::size_t parts = thread_count();
-    const std::size_t first = task_.count * part / parts;
-    const std::size_t last = task_.count * (part + 1) / parts;
-    if (first < last) {
-        task_.call(task_.work, first, last);
+/// Begins one of the ranges left of thread `part` in a loop; returns how many there were, 0 if none. Until it is done the
+/// loop goes on, so who begins a range finds its task.
+std::size_t Workers::begin_range(std::size_t part, std::size_t loop) {
+    std::atomic<std::size_t>& left = shares_[part].left;
+    std::size_t before = left.load(std::memory_order_acquire);
+    while (before / loop_unit == loop && before % loop_unit > 0) {
+        if (left.compare_exchange_weak(before, before - 1, std::memory_order_acq_rel)) {
+            return before % loop_unit;
+        }
     }
+    return 0;
 }
 
-/// Each part of a loop is begun once: by its own thread or, where that is late, by the caller's. Until then the loop
-/// goes on, so a thread that begins a part finds its task.
-bool Workers::begin_part(std::size_t part, std::size_t loop) {
-    std::size_t before = loop - 1;
-    return begun_[part].compare_exchange_strong(before, loop, std::memory_order_acq_rel);
+/// Does what is left of the ranges of thread `part`, then of the others; returns how many it did.
+std::size_t Workers::work_on(std::size_t part, std::size_t loop) {
+    const std::size_t parts = thread_count();
+    std::size_t done = 0;
+    for (std::size_t i = 0; i < parts; ++i) {
+        const std::size_t owner = (part + i) % parts;
+        while (const std::size_t left = begin_range(owner, loop)) {
+            const std::size_t all = parts * task_.ranges;
+            const std::size_t range = (owner + 1) * task_.ranges - left;
+            const std::size_t first = task_.count * range / all;
+            const std::size_t last = task_.count * (range + 1) / all;
+            if (first < last) {
+                task_.call(task_.work, first, last);
+            }
+            ++done;
+        }
+    }
+    return done;
 }
 
 void Workers::serve(std::size_t part) {
@@ -65,11 +89,9 @@ void Workers::serve(std::size_t part) {
             return;
         }
         seen = loop_;
-        if (begin_part(part, seen)) {
-            do_part(part);
-            if (--running_ == 0) {
-                running_.notify_one();
-            }
+        const std::size_t done = work_on(part, seen);
+        if (done > 0 && (running_ -= done) == 0) {
+            running_.notify_one();
         }
     }
 }
@@ -81,18 +103,18 @@ void Workers::run_task(const Task& task) {
         }
         return;
     }
+    const std::size_t parts = thread_count();
     task_ = task;
-    running_ = threads_.size();
-    const std::size_t loop = ++loop_;
-    loop_.notify_all();
-    do_part(0);
-    for (std::size_t part = threads_.size(); part > 0; --part) {
-        if (begin_part(part, loop)) {
-            do_part(part);
-            --running_;
-        }
+    task_.ranges = std::clamp(task.count / parts, std::size_t{1}, most_ranges);
+    running_ = parts * task_.ranges;
+    const std::size_t loop = loop_ + 1;
+    for (Share& share : shares_) {
+        share.left.store(loop * loop_unit + task_.ranges, std::memory_order_release);
     }
-    for (std::size_t left = running_; left != 0; left = running_) {
+    loop_ = loop;
+    loop_.notify_all();
+    std::size_t left = running_ -= work_on(0, loop);
+    for (; left != 0; left = running_) {
         wait_for_change(running_, left);
     }
 }

@@ -20,8 +20,8 @@ public:
 
     /// Calls work(first, last) for ranges that cover 0..count once, and returns when all are done. The ranges
     /// run in any order, so `work` may write only to its own elements. It must not throw. Fewer than `least` are not
-    /// worth while to be shared: the caller's thread does them, as it does the range of a thread that has not begun
-    /// when its own is done (where other programs keep that thread waiting).
+    /// worth while to be shared: the caller's thread does them. A thread that is done with its ranges goes on with those
+    /// of others, who may have more to do in theirs, or be kept waiting by other programs.
     template <typename Work>
     void run(std::size_t count, Work&& work, std::size_t least = 1) {
         if (count < least) {
@@ -45,18 +45,24 @@ private:
         const void* work = nullptr;
         void (*call)(const void* work, std::size_t first, std::size_t last) = nullptr;
         std::size_t count = 0;
+        std::size_t ranges = 0; ///< of each thread
+    };
+    /// Ranges of one thread that no one has begun; with the number of their loop, so that a thread which comes late finds
+    /// none of the next. On a cache line of its own.
+    struct alignas(64) Share {
+        std::atomic<std::size_t> left = 0;
     };
 
     void run_task(const Task& task);
     void serve(std::size_t part);
-    void do_part(std::size_t part) const;
-    bool begin_part(std::size_t part, std::size_t loop);
+    std::size_t work_on(std::size_t part, std::size_t loop);
+    std::size_t begin_range(std::size_t part, std::size_t loop);
 
     std::vector<std::thread> threads_;
     Task task_;
     std::atomic<std::size_t> loop_ = 0;    ///< number of the loop under way
-    std::atomic<std::size_t> running_ = 0; ///< parts of it, but for the caller's, that are not done
-    std::vector<std::atomic<std::size_t>> begun_; ///< [thread] last loop whose part has been begun; 0: the caller's, not used
+    std::atomic<std::size_t> running_ = 0; ///< ranges of it that are not done
+    std::vector<Share> shares_;            ///< [thread]
     std::atomic<bool> stop_ = false;
 };
 

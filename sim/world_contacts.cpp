@@ -25,6 +25,10 @@ std::uint64_t id_of(const Contact& contact) {
     return contact.feature.id;
 }
 
+BodyPair bodies_of(const PairContacts& pair) {
+    return {pair.manifold.body_a, pair.manifold.body_b};
+}
+
 /// Before the contacts of a pair are found anew: where they are, for those whose features change.
 void keep_cores(PairContacts& pair) {
     for (std::size_t i = 0; i < std::min(pair.memory.size(), pair.manifold.contacts.size()); ++i) {
@@ -62,13 +66,12 @@ double WorldState::reach_of(const BodyPair& pair) const {
 
 /// Index of a pair in `pairs`; pairs.size() if it has no contacts.
 std::size_t WorldState::pair_index(const BodyPair& pair) const {
-    const auto key = [](const PairContacts& p) { return BodyPair{p.manifold.body_a, p.manifold.body_b}; };
     const auto sorted_end = pairs.begin() + static_cast<std::ptrdiff_t>(sorted_pairs);
-    const auto place = std::ranges::lower_bound(pairs.begin(), sorted_end, pair, {}, key);
-    if (place != sorted_end && key(*place) == pair) {
+    const auto place = std::ranges::lower_bound(pairs.begin(), sorted_end, pair, {}, bodies_of);
+    if (place != sorted_end && bodies_of(*place) == pair) {
         return static_cast<std::size_t>(place - pairs.begin());
     }
-    const auto added = std::ranges::find(sorted_end, pairs.end(), pair, key);
+    const auto added = std::ranges::find(sorted_end, pairs.end(), pair, bodies_of);
     return static_cast<std::size_t>(added - pairs.begin());
 }
 
@@ -76,40 +79,79 @@ bool WorldState::are_boxes(const BodyPair& pair) const {
     return is_box[static_cast<std::size_t>(pair.a)] != 0 && is_box[static_cast<std::size_t>(pair.b)] != 0;
 }
 
-/// Separating axes, at `poses`, of all candidate pairs of boxes with a body that has `moved`.
-void WorldState::update_axes(std::span<const Pose> poses) {
+/// Where the candidate bodies that are boxes stand, at `poses`; is_moved(i): has body i moved since its pairs were looked at,
+/// or were they not yet?
+template <typename F>
+void WorldState::place_boxes(std::span<const Pose> poses, F&& is_moved) {
+    moved.resize(reported_count);
+    box_pose.resize(reported_count);
     box_rows.resize(reported_count);
-    for (const std::size_t i : candidate_bodies) {
-        is_unseen[i] = 0;
-        if (is_box[i] != 0) {
-            const Mat3 rotation = poses[i].orientation.toRotationMatrix();
-            const Vec3& half = std::get<Box>(bodies.props[i].shape).half_extents;
-            std::copy_n(rotation.data(), 9, box_rows[i].axes);
-            std::copy_n(poses[i].position.data(), 3, box_rows[i].centre);
-            std::copy_n(half.data(), 3, box_rows[i].half);
-            if (moved[i] != 0) {
-                box_pose[i] = poses[i]; // all axes of body i are of this pose
+    workers.run(
+        candidate_bodies.size(),
+        [&](std::size_t first, std::size_t last) {
+            for (std::size_t k = first; k < last; ++k) {
+                const std::size_t i = candidate_bodies[k];
+                moved[i] = is_moved(i);
+                is_unseen[i] = 0;
+                if (is_box[i] == 0) {
+                    continue;
+                }
+                const Mat3 rotation = poses[i].orientation.toRotationMatrix();
+                const Vec3& half = std::get<Box>(bodies.props[i].shape).half_extents;
+                std::copy_n(rotation.data(), 9, box_rows[i].axes);
+                std::copy_n(poses[i].position.data(), 3, box_rows[i].centre);
+                std::copy_n(half.data(), 3, box_rows[i].half);
+                if (moved[i] != 0) {
+                    box_pose[i] = poses[i]; // all axes of body i are of this pose
+                }
             }
-        }
-    }
-    std::vector<int> first;
-    std::vector<int> second;
+        },
+        least_shared);
+}
+
+/// Separating axes of the pairs of boxes among the candidates first..last with a body that has `moved`.
+void WorldState::update_axes(std::size_t first, std::size_t last) {
+    std::vector<int> a;
+    std::vector<int> b;
     std::vector<int> result;
-    for (const auto& [pair, slot] : candidates) {
+    for (std::size_t k = first; k < last; ++k) {
+        const auto& [pair, slot] = candidates[k];
         if (are_boxes(pair) &&
             (moved[static_cast<std::size_t>(pair.a)] != 0 || moved[static_cast<std::size_t>(pair.b)] != 0)) {
-            first.push_back(pair.a);
-            second.push_back(pair.b);
+            a.push_back(pair.a);
+            b.push_back(pair.b);
             result.push_back(static_cast<int>(slot));
         }
     }
+    find_axes({box_rows.data(), a.data(), b.data(), result.data(), a.size(), axes.data()});
+}
+
+/// The candidates whose bodies may touch within the step.
+void WorldState::find_near() {
+    constexpr double is_far = -1.0;
+    near_margin.resize(candidates.size());
     workers.run(
-        first.size(),
-        [&](std::size_t from, std::size_t to) {
-            find_axes({box_rows.data(), first.data() + from, second.data() + from, result.data() + from, to - from,
-                       axes.data()});
+        candidates.size(),
+        [&](std::size_t first, std::size_t last) {
+            update_axes(first, last);
+            for (std::size_t k = first; k < last; ++k) {
+                const auto& [pair, slot] = candidates[k];
+                const auto [a, b] = pair;
+                const double apart = are_boxes(pair) ? axes[slot].separation() : 0.0;
+                const double farthest = reach[static_cast<std::size_t>(a)] + reach[static_cast<std::size_t>(b)] +
+                                        margin_tolerances * settings.tolerance;
+                // Most are farther: margin_of() is no larger than that.
+                const double margin = apart > farthest ? is_far : margin_of(a, b);
+                near_margin[k] = apart > margin ? is_far : margin;
+            }
         },
         least_shared);
+    near.clear();
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+        if (near_margin[k] != is_far) {
+            near.push_back({k, near_margin[k]});
+        }
+    }
 }
 
 void WorldState::find_contacts(StepReport& report) {
@@ -119,32 +161,20 @@ void WorldState::find_contacts(StepReport& report) {
         find_candidates(true);
     }
     const StageClock clock(report, Stage::narrow_phase);
-    moved.resize(reported_count);
-    box_pose.resize(reported_count);
-    for (const std::size_t i : candidate_bodies) {
-        moved[i] = is_unseen[i] != 0 ||
-                   (is_box[i] != 0 && (box_pose[i].position != bodies.pose[i].position ||
-                                       box_pose[i].orientation.coeffs() != bodies.pose[i].orientation.coeffs()));
+    place_boxes(bodies.pose, [&](std::size_t i) {
+        return is_unseen[i] != 0 ||
+               (is_box[i] != 0 && (box_pose[i].position != bodies.pose[i].position ||
+                                   box_pose[i].orientation.coeffs() != bodies.pose[i].orientation.coeffs()));
+    });
+    find_near();
+    if (sorted_pairs < pairs.size()) {
+        std::ranges::sort(pairs, {}, bodies_of);
     }
-    update_axes(bodies.pose);
-    near.clear();
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-        const auto& [pair, slot] = candidates[k];
-        const auto [a, b] = pair;
-        const double apart = are_boxes(pair) ? axes[slot].separation() : 0.0;
-        const double farthest = reach[static_cast<std::size_t>(a)] + reach[static_cast<std::size_t>(b)];
-        if (apart > farthest + margin_tolerances * settings.tolerance) {
-            continue; // most of them: margin_of() is no larger
-        }
-        const double margin = margin_of(a, b);
-        if (apart <= margin) {
-            near.push_back({k, margin});
-        }
-    }
-    std::vector<PairContacts> found = known_pairs();
+    std::vector<PairContacts> found(near.size());
     workers.run(
         near.size(),
         [&](std::size_t first, std::size_t last) {
+            take_known_pairs(first, last, found);
             std::vector<Contact> contacts;
             for (std::size_t i = first; i < last; ++i) {
                 if (i + ahead_pairs < last) {
@@ -164,25 +194,19 @@ void WorldState::find_contacts(StepReport& report) {
     report.manifolds = static_cast<int>(pairs.size());
 }
 
-/// For each candidate in `near` what the last step remembers of it, taken out of `pairs`; without contacts where that is
-/// nothing.
-std::vector<PairContacts> WorldState::known_pairs() {
-    const auto key = [](const PairContacts& p) { return BodyPair{p.manifold.body_a, p.manifold.body_b}; };
-    if (sorted_pairs < pairs.size()) {
-        std::ranges::sort(pairs, {}, key);
-    }
-    std::vector<PairContacts> known(near.size());
-    auto pair = pairs.begin();
-    for (std::size_t i = 0; i < near.size(); ++i) {
+/// What the last step remembers of the pairs first..last in `near` goes from `pairs` to `found` [near]; nothing where it
+/// remembers nothing.
+void WorldState::take_known_pairs(std::size_t first, std::size_t last, std::vector<PairContacts>& found) {
+    auto pair = std::ranges::lower_bound(pairs, candidates[near[first].candidate].bodies, {}, bodies_of);
+    for (std::size_t i = first; i < last; ++i) {
         const BodyPair& candidate = candidates[near[i].candidate].bodies;
-        while (pair != pairs.end() && key(*pair) < candidate) {
+        while (pair != pairs.end() && bodies_of(*pair) < candidate) {
             ++pair;
         }
-        if (pair != pairs.end() && key(*pair) == candidate) {
-            known[i] = std::move(*pair++);
+        if (pair != pairs.end() && bodies_of(*pair) == candidate) {
+            found[i] = std::move(*pair++);
         }
     }
-    return known;
 }
 
 /// Contacts of one pair at the present poses; pair: what the last step remembers of it. contacts: memory.
@@ -241,20 +265,21 @@ void WorldState::check_pairs() {
     if (farther) {
         find_candidates(false);
     }
-    moved.resize(reported_count);
     checked_pose.resize(reported_count);
-    for (const std::size_t i : candidate_bodies) {
-        moved[i] = check_all || is_unseen[i] != 0 ||
-                   moved_by(bodies.props[i], checked_pose[i], planned[i], Vec3::Zero()) > recheck_share * settings.tolerance;
-        if (moved[i] != 0) {
+    place_boxes(planned, [&](std::size_t i) {
+        const bool is_moved = check_all || is_unseen[i] != 0 ||
+                              moved_by(bodies.props[i], checked_pose[i], planned[i], Vec3::Zero()) >
+                                  recheck_share * settings.tolerance;
+        if (is_moved) {
             checked_pose[i] = planned[i];
         }
-    }
+        return is_moved;
+    });
     check_all = false;
-    update_axes(planned);
     workers.run(
         candidates.size(),
         [&](std::size_t first, std::size_t last) {
+            update_axes(first, last);
             for (std::size_t k = first; k < last; ++k) {
                 const auto& [pair, slot] = candidates[k];
                 const auto a = static_cast<std::size_t>(pair.a);

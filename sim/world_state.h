@@ -62,7 +62,10 @@ struct WorldState {
         double margin = 0.0; ///< [m] see margin_of
     };
     void find_pair_contacts(const NearPair& of, std::vector<Contact>& contacts, PairContacts& pair) const;
-    void update_axes(std::span<const Pose> poses);
+    template <typename F>
+    void place_boxes(std::span<const Pose> poses, F&& is_moved);
+    void update_axes(std::size_t first, std::size_t last);
+    void find_near();
     bool may_touch(const BodyPair& pair) const;
     bool are_boxes(const BodyPair& pair) const;
     void check_pairs();
@@ -85,7 +88,7 @@ struct WorldState {
     double margin_of(int a, int b) const;
     double reach_of(const BodyPair& pair) const;
     std::size_t pair_index(const BodyPair& pair) const;
-    std::vector<PairContacts> known_pairs();
+    void take_known_pairs(std::size_t first, std::size_t last, std::vector<PairContacts>& found);
     Snapshot take_snapshot(ContactDetail contacts) const;
 
     std::vector<std::string> names;
@@ -136,6 +139,7 @@ struct WorldState {
     std::vector<std::size_t> candidate_bodies; ///< all in `candidates`, ascending
     std::vector<char> is_unseen; ///< [reported_count] the body's pairs were searched for and not looked at since
     std::vector<char> moved; ///< [reported_count] of candidate_bodies: since their pairs were last looked at
+    std::vector<double> near_margin; ///< [candidates] [m] see NearPair; negative: too far apart
     std::vector<NearPair> near;
     std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added
     std::size_t sorted_pairs = 0;    ///< length of the ascending part
