@@ -292,7 +292,7 @@ void ContactBlocks::carry_on(std::span<Velocity> velocity) {
     share_colours([&](std::size_t first, std::size_t last) { carry(first, last, nullptr, momentum); });
 }
 
-double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
+double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double slack, int projections) {
     if (momentum_.carries()) {
         carry_on(velocity);
     }
@@ -304,7 +304,8 @@ double ContactBlocks::sweep(std::span<Velocity> velocity, double skip, double sl
                                        .velocity = velocity.front().v.data(),
                                        .activity = activity.data(),
                                        .skip = skip,
-                                       .slack = slack}));
+                                       .slack = slack,
+                                       .projections = projections}));
     });
     return change_ = worst;
 }

@@ -11,8 +11,6 @@ namespace {
 constexpr int set_rounds = 4;
 /// Rounds of the point-by-point loop in such lanes.
 constexpr int fallback_rounds = 5;
-/// Projections within one friction solve: more gain little, the loop over the blocks goes on anyway.
-constexpr int projection_rounds = 2;
 /// Velocities this share [-] of their terms below the target are at it.
 constexpr double rounding = 1e-12;
 /// Targets that a rigid motion misses by no more than this share [-] of the velocities asked for are consistent.
@@ -63,7 +61,7 @@ struct Visit {
     void solve_normals(Real slack);
     void iterate_normals(const Sym3& wn, Mask open, const Real* excess, Real* impulse) const;
     void add_normals(const Sym3& wn, const Real* impulse);
-    void solve_friction();
+    void solve_friction(int projections);
     Mask stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const;
     void slide(Mask slides, Real sum, Real* new_1, Real* new_2) const;
     void add_friction(const Real* new_1, const Real* new_2);
@@ -421,7 +419,7 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_
 
 /// Friction impulses for the present normal impulses (eq. 4-6 for the block).
 template <int N>
-LANES_INLINE void Visit<N>::solve_friction() {
+LANES_INLINE void Visit<N>::solve_friction(int projections) {
     const Real zero = real(0.0);
     Real sum = zero;
     for (int k = 0; k < N; ++k) {
@@ -436,7 +434,7 @@ LANES_INLINE void Visit<N>::solve_friction() {
         new_2[k] = select(loaded, new_2[k], zero);
     }
     const Mask slides = loaded & ~sticks;
-    for (int round = 0; round < projection_rounds && any(slides); ++round) {
+    for (int round = 0; round < projections && any(slides); ++round) {
         if (round > 0) {
             add_friction(new_1, new_2);
         }

@@ -7,9 +7,6 @@
 namespace sim {
 namespace {
 
-/// Projections within one friction solve: more gain little, the loop over the blocks goes on anyway.
-constexpr int projection_rounds = 2;
-
 /// Rounds of the point-by-point loop where the active-set search of a block fails.
 constexpr int fallback_rounds = 20;
 
@@ -334,7 +331,7 @@ Vec2 slid_impulse(const ContactBlock& block, const ContactPoint& p, const Vec6& 
 
 /// Friction impulses of a block for its present normal impulses. Returns the largest velocity change at a
 /// point [m/s].
-double solve_friction(const ContactBlock& block, const BlockResponse& response, Points points, Vec6& twist,
+double solve_friction(const ContactBlock& block, const BlockResponse& response, Points points, int projections, Vec6& twist,
                       Vec6& wrench) {
     const Mat6& w = response.twist;
     std::array<Vec2, block_size> impulse;
@@ -351,7 +348,7 @@ double solve_friction(const ContactBlock& block, const BlockResponse& response, 
         return set_friction(points, impulse, w, twist, wrench);
     }
     double largest = 0.0;
-    for (int round = 0; round < projection_rounds; ++round) {
+    for (int round = 0; round < projections; ++round) {
         for (std::size_t i = 0; i < points.size(); ++i) {
             impulse[i] = slid_impulse(block, points[i], twist, response.k_t * load);
         }
@@ -363,21 +360,21 @@ double solve_friction(const ContactBlock& block, const BlockResponse& response, 
 } // namespace
 
 Vec6 block_wrench(const ContactBlock& block, const BlockResponse& response, std::span<ContactPoint> points, Vec6 twist,
-                  double& change) {
+                  double& change, int projections) {
     Vec6 wrench = Vec6::Zero();
     change = solve_normals(points, response.twist, twist, wrench);
     if (block.has_friction()) {
-        change = std::max(change, solve_friction(block, response, points, twist, wrench));
+        change = std::max(change, solve_friction(block, response, points, projections, twist, wrench));
     }
     return wrench;
 }
 
 double solve_block(const ContactBlock& block, const BlockResponse& response, std::span<ContactPoint> points,
-                   const Bodies& bodies, std::span<Velocity> velocity, bool hold_a, bool hold_b) {
+                   const Bodies& bodies, std::span<Velocity> velocity, int projections, bool hold_a, bool hold_b) {
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
     double change = 0.0;
-    const Vec6 wrench = block_wrench(block, response, points, relative_twist(block, velocity), change);
+    const Vec6 wrench = block_wrench(block, response, points, relative_twist(block, velocity), change, projections);
     if (!wrench.isZero(0.0)) {
         const Velocity kept_a = velocity[a];
         const Velocity kept_b = velocity[b];

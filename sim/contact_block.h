@@ -99,6 +99,16 @@ inline constexpr std::size_t least_batches = 4;
 /// of fallen dominoes many more.
 inline constexpr int plain_sweeps = 14;
 
+/// Projections within one friction solve, at most [-]: more gain little, the loop over the blocks goes on anyway.
+inline constexpr int most_projections = 2;
+
+/// The same in a sweep over batches, counted from 0. The first sweeps bring what changed since the last step, in most steps
+/// all there is; with one projection throughout a few blocks of many points go in circles.
+inline int projections_in(int sweep) {
+    constexpr int quick_sweeps = 8;
+    return sweep < quick_sweeps ? 1 : most_projections;
+}
+
 /// Sweep of a solve over batches [-] after which none is carried on: in a row of 200 fallen dominoes the momentum that
 /// has not led to the end by then goes in circles.
 inline constexpr int last_carried = 600;
@@ -173,9 +183,9 @@ struct ContactBlocks {
     void load_batches(const Bodies& bodies);
 
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch whose
-    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack: see BatchSweep. After
-    /// some the impulses are carried on.
-    double sweep(std::span<Velocity> velocity, double skip, double slack);
+    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack, projections: see BatchSweep.
+    /// After some the impulses are carried on.
+    double sweep(std::span<Velocity> velocity, double skip, double slack, int projections);
 
     /// Impulses of the batches go back into the points.
     void store_impulses();
@@ -258,12 +268,13 @@ Vec6 wrench_of(std::span<const ContactPoint> points);
 /// Solves one block with all others held: its points' impulse sums change, and the wrench [N s], [N m s] returned is
 /// still to be given to its bodies. twist: its relative twist; change: the largest velocity change at a point [m/s].
 Vec6 block_wrench(const ContactBlock& block, const BlockResponse& response, std::span<ContactPoint> points, Vec6 twist,
-                  double& change);
+                  double& change, int projections = most_projections);
 
 /// Solves one block with all others held; returns the largest velocity change at a point [m/s].
 /// `points`: those of the block. `hold_a`, `hold_b`: that body counts as immovable (shock propagation), in `response`
 /// too.
 double solve_block(const ContactBlock& block, const BlockResponse& response, std::span<ContactPoint> points,
-                   const Bodies& bodies, std::span<Velocity> velocity, bool hold_a = false, bool hold_b = false);
+                   const Bodies& bodies, std::span<Velocity> velocity, int projections = most_projections,
+                   bool hold_a = false, bool hold_b = false);
 
 } // namespace sim

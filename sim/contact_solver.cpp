@@ -65,7 +65,6 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     predicted_.resize(bodies.props.size());
     placed_.resize(bodies.props.size());
     radius_.resize(bodies.props.size());
-    all_in_solve_ = true;
     loop_.clear();
     joint_weight_.clear();
     for (const JointMemory& memory : joint_memory) {
@@ -74,14 +73,18 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     joints_.prepare(bodies, joints);
     find_solved_bodies(bodies, pairs, joints);
     std::vector<Place> places(pairs.size() + 1); // of each pair and of the end
+    std::atomic<bool> all_taken = true;
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
         Taken taken;
         for (std::size_t pair = first; pair < last; ++pair) {
             places[pair + 1] = size_of(bodies, pairs[pair], taken);
+            if (places[pair + 1].point != pairs[pair].manifold.contacts.size()) {
+                all_taken = false;
+            }
         }
     });
+    all_in_solve_ = all_taken;
     for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
-        all_in_solve_ = all_in_solve_ && places[pair + 1].point == pairs[pair].manifold.contacts.size();
         places[pair + 1].block += places[pair].block;
         places[pair + 1].point += places[pair].point;
     }
@@ -308,7 +311,7 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
             has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
         const double change = loop_.empty() ? 0.0
                               : together    ? together_.sweep(loop_, bodies, velocity_)
-                                            : loop_.sweep(velocity_, skip, slack_share * tolerance);
+                                            : loop_.sweep(velocity_, skip, slack_share * tolerance, projections_in(count));
         last = change;
         settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
         converged = change <= tolerance && (change <= settled || settling_++ >= settling_sweeps);
@@ -434,7 +437,7 @@ void ContactSolver::shock_propagation(const Bodies& bodies) {
                 const int level_b = level[static_cast<std::size_t>(block.b)];
                 if (std::max(level_a, level_b) == current) {
                     change = std::max(change, solve_block(block, responses[k], loop_.points_of(block), bodies, velocity_,
-                                                          level_a < current, level_b < current));
+                                                          most_projections, level_a < current, level_b < current));
                 }
             }
         }

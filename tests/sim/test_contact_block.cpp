@@ -189,7 +189,7 @@ TEST(contact_block, impulses_are_equal_and_opposite_and_a_held_body_does_not_mov
         std::vector<Velocity> velocity = bodies.velocity;
         for (int i = 0; i < 100; ++i) {
             solve_block(loop.blocks[0], block_response(loop.blocks[0], loop.points, bodies, false, hold), loop.points,
-                        bodies, velocity, false, hold);
+                        bodies, velocity, most_projections, false, hold);
         }
         const Vec6 twist = relative_twist(loop.blocks[0], velocity);
         for (const ContactPoint& point : loop.points) {
@@ -235,7 +235,7 @@ TEST(contact_block, a_new_block_begins_where_the_normal_changes) {
 
 TEST(contact_block, sweep_passes_over_what_has_settled_until_loaded_again) {
     CubeOnPlane cube({Vec3(0, 0, -1), Vec3::Zero()});
-    const auto sweep = [&] { return cube.loop.sweep(cube.bodies.velocity, 1e-9, 0.0); };
+    const auto sweep = [&] { return cube.loop.sweep(cube.bodies.velocity, 1e-9, 0.0, most_projections); };
     cube.loop.arrange(cube.bodies);
     cube.loop.load_batches(cube.bodies);
     EXPECT_NEAR(sweep(), 1.0, rounding);
