@@ -177,6 +177,9 @@ void WorldState::resolve_collisions(StepReport& report) {
         joint_rows.pay(joint_memory, touched, bodies.velocity);
         pay_contacts(bodies, pairs, touched, bodies.velocity);
         for (std::size_t i = 0; i < at_node.size(); ++i) {
+            if (touched[i] == 0) {
+                continue;
+            }
             bodies.velocity[i].v += at_node[i].v - before[i].v;
             bodies.velocity[i].w += at_node[i].w - before[i].w;
         }

@@ -82,29 +82,32 @@ void WorldState::find_reach() {
     }
 }
 
+/// May body i leave the box it was given, by its `reach`?
+bool WorldState::is_astray(std::size_t i) const {
+    return moved_by(bodies.props[i], searched_pose[i], bodies.pose[i], search_drift) + reach[i] > searched_reach[i];
+}
+
 /// Pairs of bodies that may touch while each moves by up to its `reach` from its present pose: the last search still tells
-/// those of bodies which have not come near the ends of the boxes it gave them. in_new_frame: may another search for all
-/// choose its frame anew?
-void WorldState::find_candidates(bool in_new_frame) {
+/// those of bodies that are not astray.
+void WorldState::find_candidates() {
     const bool is_first = searched_pose.size() != reported_count;
     astray.clear();
     for (std::size_t i = 0; !is_first && i < reported_count; ++i) {
-        const double moved_so_far = moved_by(bodies.props[i], searched_pose[i], bodies.pose[i], search_drift);
-        if (moved_so_far + reach[i] > searched_reach[i] || searched_reach[i] > wide_box * search_reach(i)) {
+        if (is_astray(i) || searched_reach[i] > wide_box * search_reach(i)) {
             astray.push_back(static_cast<int>(i));
         }
     }
-    searched_again += astray.size();
-    const bool are_many = static_cast<double>(astray.size()) > few_astray * static_cast<double>(reported_count);
-    if (is_first || are_many || (in_new_frame && searched_again > reported_count)) {
-        if (in_new_frame) {
-            search_frame = common_velocity(std::span(bodies.props).first(reported_count), bodies.velocity);
-            find_reach();
-        }
+    if (is_first || are_many_astray() || searched_again > reported_count) {
+        search_frame = common_velocity(std::span(bodies.props).first(reported_count), bodies.velocity);
+        find_reach();
         find_all_candidates();
-    } else if (!astray.empty()) {
+    } else {
         find_candidates_of_astray();
     }
+}
+
+bool WorldState::are_many_astray() const {
+    return static_cast<double>(astray.size()) > few_astray * static_cast<double>(reported_count);
 }
 
 /// How far body i may move before its pairs are searched for again [m].
@@ -141,6 +144,10 @@ void WorldState::find_all_candidates() {
 }
 
 void WorldState::find_candidates_of_astray() {
+    if (astray.empty()) {
+        return;
+    }
+    searched_again += astray.size();
     for (const int i : astray) {
         set_search_box(static_cast<std::size_t>(i));
         is_unseen[static_cast<std::size_t>(i)] = 1;

@@ -158,7 +158,7 @@ void WorldState::find_contacts(StepReport& report) {
     {
         const StageClock clock(report, Stage::broad_phase);
         find_reach();
-        find_candidates(true);
+        find_candidates();
     }
     const StageClock clock(report, Stage::narrow_phase);
     place_boxes(bodies.pose, [&](std::size_t i) {
@@ -251,7 +251,7 @@ void WorldState::check_pairs() {
     const std::span<const Pose> planned = contact_solver.predicted();
     // An impulse may throw a body farther than its velocity before told.
     const Vec3 drift = search_drift_in(interval);
-    bool farther = false;
+    astray.clear();
     for (const std::size_t i : contact_solver.solved_bodies()) {
         if (i >= reported_count) {
             continue;
@@ -259,12 +259,12 @@ void WorldState::check_pairs() {
         const double throw_of = moved_by(bodies.props[i], bodies.pose[i], planned[i], drift);
         if (throw_of > reach[i]) {
             reach[i] = reach_growth * throw_of;
-            farther = true;
+            if (is_astray(i)) {
+                astray.push_back(static_cast<int>(i));
+            }
         }
     }
-    if (farther) {
-        find_candidates(false);
-    }
+    are_many_astray() ? find_all_candidates() : find_candidates_of_astray();
     checked_pose.resize(reported_count);
     place_boxes(planned, [&](std::size_t i) {
         const bool is_moved = check_all || is_unseen[i] != 0 ||

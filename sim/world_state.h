@@ -50,7 +50,9 @@ struct WorldState {
     void move(StepReport& report);
     Vec3 search_drift_in(double t) const;
     void find_reach();
-    void find_candidates(bool in_new_frame);
+    bool is_astray(std::size_t i) const;
+    bool are_many_astray() const;
+    void find_candidates();
     void find_all_candidates();
     void find_candidates_of_astray();
     double search_reach(std::size_t i) const;
