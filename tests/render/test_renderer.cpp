@@ -222,6 +222,10 @@ TEST(renderer, ground_is_darker_where_a_body_rests) {
     const int far = pixel(image, 320 + 120, 180)[1];
     const int near = pixel(image, 320 + 31, 180)[1];
     EXPECT_LT(near + 10, far);
+    scene.output.ambient_occlusion = false;
+    const render::Image open = drawn(scene, 640, 360);
+    EXPECT_NEAR(pixel(open, 320 + 120, 180)[1], far, 2);
+    EXPECT_NEAR(pixel(open, 320 + 31, 180)[1], far, 2);
 }
 
 TEST(renderer, empty_scene_is_all_sky) {
