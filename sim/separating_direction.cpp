@@ -165,6 +165,8 @@ private:
         n_ = n;
         near_features(a_, -n, features_a_);
         near_features(b_, n, features_b_);
+        find_edge_normals(a_, features_a_, normals_a_);
+        find_edge_normals(b_, features_b_, normals_b_);
         top_ = face_a_ = face_b_ = {};
         top_.core_gap = face_a_.core_gap = face_b_.core_gap = none;
         for (const CoreFeature& f : features_a_) {
@@ -180,21 +182,23 @@ private:
         take(top_, face_a_);
         take(top_, face_b_);
         lead_ = top_;
-        for (const CoreFeature& fa : features_a_) {
-            for (const CoreFeature& fb : features_b_) {
-                if (fa.kind != Kind::face && fb.kind != Kind::face) {
-                    try_pair(fa, fb);
+        for (std::size_t i = 0; i < features_a_.size(); ++i) {
+            for (std::size_t j = 0; j < features_b_.size(); ++j) {
+                if (features_a_[i].kind != Kind::face && features_b_[j].kind != Kind::face) {
+                    try_pair(i, j);
                 }
             }
         }
     }
 
-    void try_pair(const CoreFeature& fa, const CoreFeature& fb) {
+    void try_pair(std::size_t i, std::size_t j) {
+        const CoreFeature& fa = features_a_[i];
+        const CoreFeature& fb = features_b_[j];
         Vec3 n = Vec3::Zero();
         if (fa.kind == Kind::rim || fb.kind == Kind::rim) {
             n = direction_of_rims(fa, fb);
         } else if (fa.kind == Kind::edge && fb.kind == Kind::edge) {
-            n = direction_of_edges(fa, fb);
+            n = direction_of_edges(fa, fb, normals_a_[i], normals_b_[j]);
         } else {
             n = direction_of_vertex(fa, fb);
         }
@@ -214,8 +218,31 @@ private:
         return f.kind == Kind::rim ? f.radius * f.direction.cross(n).norm() : f.radius;
     }
 
+    /// Outward normals of the faces that an edge of a polytope joins, their sum and their cross product; world.
+    struct EdgeNormals {
+        Vec3 left = Vec3::Zero();
+        Vec3 right = Vec3::Zero();
+        Vec3 sum = Vec3::Zero();
+        Vec3 across = Vec3::Zero();
+    };
+
+    static void find_edge_normals(const Convex& convex, const std::vector<CoreFeature>& features,
+                                  std::vector<EdgeNormals>& normals) {
+        normals.assign(features.size(), {});
+        for (std::size_t i = 0; convex.kind == CoreKind::polytope && i < features.size(); ++i) {
+            if (features[i].kind == Kind::edge) {
+                const Polytope::Edge& edge = convex.polytope->edges[static_cast<std::size_t>(features[i].index)];
+                const Vec3& left = convex.polytope->faces[static_cast<std::size_t>(edge.left)].normal;
+                const Vec3& right = convex.polytope->faces[static_cast<std::size_t>(edge.right)].normal;
+                const Quat& turn = convex.world_from_part.orientation;
+                normals[i] = {turn * left, turn * right, turn * Vec3(left + right), {}};
+                normals[i].across = normals[i].left.cross(normals[i].right);
+            }
+        }
+    }
+
     /// Across both edges, where the arcs of their outward normals cross.
-    Vec3 direction_of_edges(const CoreFeature& fa, const CoreFeature& fb) const {
+    Vec3 direction_of_edges(const CoreFeature& fa, const CoreFeature& fb, const EdgeNormals& of_a, const EdgeNormals& of_b) const {
         const Vec3 cross = fa.direction.cross(fb.direction);
         const Vec3 between = fa.point - fb.point;
         const double length = cross.norm();
@@ -223,14 +250,8 @@ private:
             return direction_across(fa.direction, between);
         }
         const Vec3 n = cross / length;
-        Vec3 outward = Vec3::Zero(); // of b, against that of a
-        if (a_.kind == CoreKind::polytope) {
-            outward -= normal_of_edge(a_, fa.index);
-        }
-        if (b_.kind == CoreKind::polytope) {
-            outward += normal_of_edge(b_, fb.index);
-        }
-        if (a_.kind == CoreKind::polytope && b_.kind == CoreKind::polytope && !arcs_cross(fa.index, fb.index)) {
+        const Vec3 outward = of_b.sum - of_a.sum;
+        if (a_.kind == CoreKind::polytope && b_.kind == CoreKind::polytope && !arcs_cross(of_a, of_b)) {
             return Vec3::Zero();
         }
         const double side = outward.isZero(0.0) ? n.dot(between) : n.dot(outward);
@@ -243,34 +264,14 @@ private:
         return across.norm() > 0.0 ? Vec3(across.stableNormalized()) : Vec3(along.unitOrthogonal());
     }
 
-    /// Sum of the normals of the faces that an edge of a polytope joins, world.
-    static Vec3 normal_of_edge(const Convex& convex, int edge) {
-        const Polytope::Edge& e = convex.polytope->edges[static_cast<std::size_t>(edge)];
-        return convex.world_from_part.orientation *
-               Vec3(convex.polytope->faces[static_cast<std::size_t>(e.left)].normal +
-                    convex.polytope->faces[static_cast<std::size_t>(e.right)].normal);
-    }
-
     /// Do the arc of the normals of an edge of a, turned round, and that of an edge of b meet on the unit sphere?
-    bool arcs_cross(int edge_a, int edge_b) const {
-        const Polytope::Edge& ea = a_.polytope->edges[static_cast<std::size_t>(edge_a)];
-        const Polytope::Edge& eb = b_.polytope->edges[static_cast<std::size_t>(edge_b)];
-        const auto normal = [](const Convex& convex, int face) {
-            return Vec3(convex.world_from_part.orientation *
-                        convex.polytope->faces[static_cast<std::size_t>(face)].normal);
-        };
-        const Vec3 a0 = -normal(a_, ea.left);
-        const Vec3 a1 = -normal(a_, ea.right);
-        const Vec3 b0 = normal(b_, eb.left);
-        const Vec3 b1 = normal(b_, eb.right);
-        const Vec3 across_a = a0.cross(a1);
-        const Vec3 across_b = b0.cross(b1);
-        const double b0_side = across_a.dot(b0);
-        const double b1_side = across_a.dot(b1);
-        const double a0_side = across_b.dot(a0);
-        const double a1_side = across_b.dot(a1);
-        return b0_side * b1_side <= parallel && a0_side * a1_side <= parallel &&
-               (a0 + a1).dot(b0 + b1) > -1.0;
+    static bool arcs_cross(const EdgeNormals& of_a, const EdgeNormals& of_b) {
+        const double b_left = of_a.across.dot(of_b.left);
+        const double b_right = of_a.across.dot(of_b.right);
+        const double a_left = -of_b.across.dot(of_a.left);
+        const double a_right = -of_b.across.dot(of_a.right);
+        return b_left * b_right <= parallel && a_left * a_right <= parallel &&
+               (of_a.left + of_a.right).dot(of_b.left + of_b.right) < 1.0;
     }
 
     /// From the nearest point of b to that of a, at least one of them a vertex. Beyond an edge's end it leads to that end,
@@ -313,6 +314,8 @@ private:
     Vec3 n_ = Vec3::UnitZ();
     std::vector<CoreFeature> features_a_;
     std::vector<CoreFeature> features_b_;
+    std::vector<EdgeNormals> normals_a_; ///< [features_a_]
+    std::vector<EdgeNormals> normals_b_;
     SeparatingDirection lead_; ///< best direction near n_
     SeparatingDirection top_;  ///< the same of those whose features are the lowest along it
     SeparatingDirection face_a_;

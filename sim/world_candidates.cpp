@@ -140,6 +140,7 @@ void WorldState::find_all_candidates() {
     candidates.clear();
     free_slots.clear();
     axes.clear();
+    separations.clear();
     add_candidates();
 }
 
@@ -171,7 +172,9 @@ void WorldState::add_candidates() {
         if (free_slots.empty()) {
             free_slots.push_back(axes.size());
             axes.emplace_back();
+            separations.emplace_back();
         }
+        separations[free_slots.back()] = {};
         candidates.push_back({pair, free_slots.back()});
         free_slots.pop_back();
     }

@@ -79,6 +79,15 @@ bool WorldState::are_boxes(const BodyPair& pair) const {
     return is_box[static_cast<std::size_t>(pair.a)] != 0 && is_box[static_cast<std::size_t>(pair.b)] != 0;
 }
 
+/// A lower bound of the distance of two bodies at these poses, by what the last look found [m].
+double WorldState::least_separation(const BodyPair& pair, std::size_t slot, const Pose& pose_a, const Pose& pose_b) const {
+    const Separation& found = separations[slot];
+    return found.distance < 0.0 ? found.distance
+                                : found.distance -
+                                      moved_by(bodies.props[static_cast<std::size_t>(pair.a)], found.a, pose_a, Vec3::Zero()) -
+                                      moved_by(bodies.props[static_cast<std::size_t>(pair.b)], found.b, pose_b, Vec3::Zero());
+}
+
 /// Where the candidate bodies that are boxes stand, at `poses`; is_moved(i): has body i moved since its pairs were looked at,
 /// or were they not yet?
 template <typename F>
@@ -137,7 +146,9 @@ void WorldState::find_near() {
             for (std::size_t k = first; k < last; ++k) {
                 const auto& [pair, slot] = candidates[k];
                 const auto [a, b] = pair;
-                const double apart = are_boxes(pair) ? axes[slot].separation() : 0.0;
+                const double apart = are_boxes(pair) ? axes[slot].separation()
+                                                     : least_separation(pair, slot, bodies.pose[static_cast<std::size_t>(a)],
+                                                                        bodies.pose[static_cast<std::size_t>(b)]);
                 const double farthest = reach[static_cast<std::size_t>(a)] + reach[static_cast<std::size_t>(b)] +
                                         margin_tolerances * settings.tolerance;
                 // Most are farther: margin_of() is no larger than that.
@@ -210,7 +221,7 @@ void WorldState::take_known_pairs(std::size_t first, std::size_t last, std::vect
 }
 
 /// Contacts of one pair at the present poses; pair: what the last step remembers of it. contacts: memory.
-void WorldState::find_pair_contacts(const NearPair& of, std::vector<Contact>& contacts, PairContacts& pair) const {
+void WorldState::find_pair_contacts(const NearPair& of, std::vector<Contact>& contacts, PairContacts& pair) {
     const auto& [k, margin] = of;
     const auto& [candidate, slot] = candidates[k];
     const auto a = static_cast<std::size_t>(candidate.a);
@@ -223,6 +234,9 @@ void WorldState::find_pair_contacts(const NearPair& of, std::vector<Contact>& co
                           contacts);
     } else {
         sim::find_contacts(shape_a, bodies.pose[a], shape_b, bodies.pose[b], margin, contacts);
+        if (contacts.empty()) {
+            separations[slot] = {separation(shape_a, bodies.pose[a], shape_b, bodies.pose[b]), bodies.pose[a], bodies.pose[b]};
+        }
     }
     if (pair.manifold.contacts.empty()) {
         pair.manifold.body_a = candidate.a;
@@ -287,8 +301,11 @@ void WorldState::check_pairs() {
                 if (are_boxes(pair)) {
                     pair_penetration[slot] = -axes[slot].separation();
                 } else if (moved[a] != 0 || moved[b] != 0) {
-                    pair_penetration[slot] =
-                        -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
+                    pair_penetration[slot] = -least_separation(pair, slot, planned[a], planned[b]);
+                    if (pair_penetration[slot] >= 0.0) {
+                        pair_penetration[slot] =
+                            -separation(bodies.props[a].shape, planned[a], bodies.props[b].shape, planned[b]);
+                    }
                 }
             }
         },

@@ -11,6 +11,7 @@
 #include "sim/workers.h"
 
 #include <chrono>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -63,13 +64,14 @@ struct WorldState {
         std::size_t candidate = 0;
         double margin = 0.0; ///< [m] see margin_of
     };
-    void find_pair_contacts(const NearPair& of, std::vector<Contact>& contacts, PairContacts& pair) const;
+    void find_pair_contacts(const NearPair& of, std::vector<Contact>& contacts, PairContacts& pair);
     template <typename F>
     void place_boxes(std::span<const Pose> poses, F&& is_moved);
     void update_axes(std::size_t first, std::size_t last);
     void find_near();
     bool may_touch(const BodyPair& pair) const;
     bool are_boxes(const BodyPair& pair) const;
+    double least_separation(const BodyPair& pair, std::size_t slot, const Pose& pose_a, const Pose& pose_b) const;
     void check_pairs();
     void replace_contacts(std::size_t index, const std::vector<Contact>& contacts);
     void put_back_replaced();
@@ -107,6 +109,13 @@ struct WorldState {
     std::vector<char> is_box;             ///< [reported_count] a single box, not a part of a compound
     std::vector<PlacedBoxRow> box_rows;   ///< [reported_count]
     std::vector<BoxAxes> axes;            ///< [slots] of pairs of boxes
+    /// A separation [m] that was found, and at which poses.
+    struct Separation {
+        double distance = -std::numeric_limits<double>::infinity();
+        Pose a;
+        Pose b;
+    };
+    std::vector<Separation> separations;  ///< [slots] of other pairs, where the last look found them apart
     std::vector<Pose> box_pose;           ///< [reported_count] at which the axes of a body's pairs were found
     std::vector<BodyPair> meeting;        ///< apart now, overlapping at the planned poses
     double verified_penetration = 0.0;    ///< [m] at the planned poses
