@@ -331,8 +331,8 @@ Vec2 slid_impulse(const ContactBlock& block, const ContactPoint& p, const Vec6& 
 
 /// Friction impulses of a block for its present normal impulses. Returns the largest velocity change at a
 /// point [m/s].
-double solve_friction(const ContactBlock& block, const BlockResponse& response, Points points, int projections, Vec6& twist,
-                      Vec6& wrench) {
+double solve_friction(const ContactBlock& block, const BlockResponse& response, Points points, int projections,
+                      Vec6& twist, Vec6& wrench) {
     const Mat6& w = response.twist;
     std::array<Vec2, block_size> impulse;
     double load = 0.0;

@@ -147,7 +147,8 @@ void BroadPhase::add_pair(int i, int j, std::span<const Bounds> boxes, std::vect
     const auto a = static_cast<std::size_t>(std::min(i, j));
     const auto b = static_cast<std::size_t>(std::max(i, j));
     const BodyPair pair{static_cast<int>(a), static_cast<int>(b)};
-    if (!(is_static_[a] != 0 && is_static_[b] != 0) && overlap(boxes[a], boxes[b]) && (!may_touch_ || may_touch_(pair))) {
+    if (!(is_static_[a] != 0 && is_static_[b] != 0) && overlap(boxes[a], boxes[b]) &&
+        (!may_touch_ || may_touch_(pair))) {
         pairs.push_back(pair);
     }
 }
@@ -177,7 +178,8 @@ void BroadPhase::find_pairs(std::span<const Bounds> boxes, std::vector<BodyPair>
     put_in_order(pairs);
 }
 
-void BroadPhase::find_pairs_of(std::span<const int> changed, std::span<const Bounds> boxes, std::vector<BodyPair>& pairs) {
+void BroadPhase::find_pairs_of(std::span<const int> changed, std::span<const Bounds> boxes,
+                               std::vector<BodyPair>& pairs) {
     for (const int i : changed) {
         remove(i);
         put(i, boxes[static_cast<std::size_t>(i)]);

@@ -16,10 +16,10 @@ struct BodyPair {
     friend auto operator<=>(const BodyPair&, const BodyPair&) = default;
 };
 
-/// Pairs whose boxes overlap, ascending. Each box lies in a grid whose cells are up to twice its size; the few of a size
-/// that is rare (plates, floors) are compared with all. Of a heap of similar bodies each is compared with its neighbours,
-/// and a box that changes finds its pairs without a look at the others. boxes [body_count]: already enlarged by what the
-/// bodies may move.
+/// Pairs whose boxes overlap, ascending. Each box lies in a grid whose cells are up to twice its size; the few of a
+/// size that is rare (plates, floors) are compared with all. Of a heap of similar bodies each is compared with its
+/// neighbours, and a box that changes finds its pairs without a look at the others. boxes [body_count]: already
+/// enlarged by what the bodies may move.
 class BroadPhase {
 public:
     /// may_touch: tells of a pair whose boxes overlap whether it is one; none: all are.
@@ -28,7 +28,8 @@ public:
     /// `pairs` is overwritten.
     void find_pairs(std::span<const Bounds> boxes, std::vector<BodyPair>& pairs);
 
-    /// The pairs of the bodies in `changed`; the boxes of the others are those of the call before. `pairs` is overwritten.
+    /// The pairs of the bodies in `changed`; the boxes of the others are those of the call before. `pairs` is
+    /// overwritten.
     void find_pairs_of(std::span<const int> changed, std::span<const Bounds> boxes, std::vector<BodyPair>& pairs);
 
 private:

@@ -210,9 +210,9 @@ int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& veloci
     together ? together_.begin(loop_, bodies) : loop_.load_batches(bodies);
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
-        const double change = together ? together_.sweep(loop_, bodies, velocity)
-                                       : loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance,
-                                                      projections_in(count));
+        const double change =
+            together ? together_.sweep(loop_, bodies, velocity)
+                     : loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance, projections_in(count));
         converged = change <= settings.velocity_tolerance &&
                     (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
     }

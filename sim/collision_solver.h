@@ -65,7 +65,7 @@ private:
         std::size_t b = 0;
         double quiet_until = 0.0; ///< [m/s]
     };
-    std::vector<double> changed_;   ///< [body_count] by all passes so far, at any of its contacts [m/s]
+    std::vector<double> changed_;      ///< [body_count] by all passes so far, at any of its contacts [m/s]
     std::vector<std::size_t> in_pass_; ///< these bodies, in their order
     std::vector<Velocity> before_;  ///< [body_count] as this pass began, of the bodies in it
     std::vector<Velocity> plastic_; ///< [body_count] memory of keep_energy()

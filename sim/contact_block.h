@@ -102,8 +102,8 @@ inline constexpr int plain_sweeps = 14;
 /// Projections within one friction solve, at most [-]: more gain little, the loop over the blocks goes on anyway.
 inline constexpr int most_projections = 2;
 
-/// The same in a sweep over batches, counted from 0. The first sweeps bring what changed since the last step, in most steps
-/// all there is; with one projection throughout a few blocks of many points go in circles.
+/// The same in a sweep over batches, counted from 0. The first sweeps bring what changed since the last step, in most
+/// steps all there is; with one projection throughout a few blocks of many points go in circles.
 inline int projections_in(int sweep) {
     constexpr int quick_sweeps = 8;
     return sweep < quick_sweeps ? 1 : most_projections;
@@ -183,8 +183,8 @@ struct ContactBlocks {
     void load_batches(const Bodies& bodies);
 
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch whose
-    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack, projections: see BatchSweep.
-    /// After some the impulses are carried on.
+    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack, projections: see
+    /// BatchSweep. After some the impulses are carried on.
     double sweep(std::span<Velocity> velocity, double skip, double slack, int projections);
 
     /// Impulses of the batches go back into the points.

@@ -123,7 +123,8 @@ void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairCon
 }
 
 /// Bodies that are not among them move freely over the interval: to where predicted() tells from here on.
-void ContactSolver::find_solved_bodies(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const Joint> joints) {
+void ContactSolver::find_solved_bodies(const Bodies& bodies, std::span<const PairContacts> pairs,
+                                       std::span<const Joint> joints) {
     is_solved_.assign(bodies.props.size(), 0);
     solved_bodies_.clear();
     for (const PairContacts& pair : pairs) {
@@ -311,7 +312,7 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
             has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
         const double change = loop_.empty() ? 0.0
                               : together    ? together_.sweep(loop_, bodies, velocity_)
-                                            : loop_.sweep(velocity_, skip, slack_share * tolerance, projections_in(count));
+                                         : loop_.sweep(velocity_, skip, slack_share * tolerance, projections_in(count));
         last = change;
         settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
         converged = change <= tolerance && (change <= settled || settling_++ >= settling_sweeps);
@@ -436,8 +437,9 @@ void ContactSolver::shock_propagation(const Bodies& bodies) {
                 const int level_a = level[static_cast<std::size_t>(block.a)];
                 const int level_b = level[static_cast<std::size_t>(block.b)];
                 if (std::max(level_a, level_b) == current) {
-                    change = std::max(change, solve_block(block, responses[k], loop_.points_of(block), bodies, velocity_,
-                                                          most_projections, level_a < current, level_b < current));
+                    change =
+                        std::max(change, solve_block(block, responses[k], loop_.points_of(block), bodies, velocity_,
+                                                     most_projections, level_a < current, level_b < current));
                 }
             }
         }

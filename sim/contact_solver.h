@@ -116,7 +116,9 @@ public:
     /// Of the joints under the impulses found: see JointSolver::fastest_rate() [rad/s].
     double joint_rate(const Bodies& bodies);
 
-    std::span<const std::size_t> solved_bodies() const { return solved_bodies_; } ///< in contacts or joints; others move freely
+    std::span<const std::size_t> solved_bodies() const {
+        return solved_bodies_;
+    }                                                                ///< in contacts or joints; others move freely
     std::span<const Velocity> velocity() const { return velocity_; } ///< at t0 after the impulses
     std::span<const Pose> predicted() const { return predicted_; }   ///< at t0 + h
     /// Velocities at t0 itself: with the share of the impulses that acts before it (Verlet's half).
@@ -219,7 +221,7 @@ private:
     RestRules rules_;
     std::vector<double> joint_weight_;      ///< [joint_count]
     std::vector<std::size_t> solved_bodies_;
-    std::vector<char> is_solved_;    ///< [body_count] is it one of them?
+    std::vector<char> is_solved_; ///< [body_count] is it one of them?
     std::vector<Velocity> velocity_;
     std::vector<Velocity> measured_; ///< those of the first measurement of this solve
     std::vector<char> is_hit_;       ///< [body_count] by an impact held ahead

@@ -242,7 +242,8 @@ private:
     }
 
     /// Across both edges, where the arcs of their outward normals cross.
-    Vec3 direction_of_edges(const CoreFeature& fa, const CoreFeature& fb, const EdgeNormals& of_a, const EdgeNormals& of_b) const {
+    Vec3 direction_of_edges(const CoreFeature& fa, const CoreFeature& fb, const EdgeNormals& of_a,
+                            const EdgeNormals& of_b) const {
         const Vec3 cross = fa.direction.cross(fb.direction);
         const Vec3 between = fa.point - fb.point;
         const double length = cross.norm();

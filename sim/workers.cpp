@@ -49,8 +49,8 @@ Workers::~Workers() {
     }
 }
 
-/// Begins one of the ranges left of thread `part` in a loop; returns how many there were, 0 if none. Until it is done the
-/// loop goes on, so who begins a range finds its task.
+/// Begins one of the ranges left of thread `part` in a loop; returns how many there were, 0 if none. Until it is done
+/// the loop goes on, so who begins a range finds its task.
 std::size_t Workers::begin_range(std::size_t part, std::size_t loop) {
     std::atomic<std::size_t>& left = shares_[part].left;
     std::size_t before = left.load(std::memory_order_acquire);

@@ -20,8 +20,8 @@ public:
 
     /// Calls work(first, last) for ranges that cover 0..count once, and returns when all are done. The ranges
     /// run in any order, so `work` may write only to its own elements. It must not throw. Fewer than `least` are not
-    /// worth while to be shared: the caller's thread does them. A thread that is done with its ranges goes on with those
-    /// of others, who may have more to do in theirs, or be kept waiting by other programs.
+    /// worth while to be shared: the caller's thread does them. A thread that is done with its ranges goes on with
+    /// those of others, who may have more to do in theirs, or be kept waiting by other programs.
     template <typename Work>
     void run(std::size_t count, Work&& work, std::size_t least = 1) {
         if (count < least) {
@@ -47,8 +47,8 @@ private:
         std::size_t count = 0;
         std::size_t ranges = 0; ///< of each thread
     };
-    /// Ranges of one thread that no one has begun; with the number of their loop, so that a thread which comes late finds
-    /// none of the next. On a cache line of its own.
+    /// Ranges of one thread that no one has begun; with the number of their loop, so that a thread which comes late
+    /// finds none of the next. On a cache line of its own.
     struct alignas(64) Share {
         std::atomic<std::size_t> left = 0;
     };

@@ -60,7 +60,8 @@ WorldState::WorldState(const SceneDef& scene, int threads)
                                               .pose = {},
                                               .velocity = {},
                                               .inverse_inertia = {}},
-      broad_phase(std::span(bodies.props).first(reported_count), [this](const BodyPair& pair) { return may_touch(pair); }),
+      broad_phase(std::span(bodies.props).first(reported_count),
+                  [this](const BodyPair& pair) { return may_touch(pair); }),
       workers(threads) {
     for (const BodyDef& body : scene.bodies) {
         names.push_back(body.name);

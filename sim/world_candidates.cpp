@@ -87,8 +87,8 @@ bool WorldState::is_astray(std::size_t i) const {
     return moved_by(bodies.props[i], searched_pose[i], bodies.pose[i], search_drift) + reach[i] > searched_reach[i];
 }
 
-/// Pairs of bodies that may touch while each moves by up to its `reach` from its present pose: the last search still tells
-/// those of bodies that are not astray.
+/// Pairs of bodies that may touch while each moves by up to its `reach` from its present pose: the last search still
+/// tells those of bodies that are not astray.
 void WorldState::find_candidates() {
     const bool is_first = searched_pose.size() != reported_count;
     astray.clear();
@@ -112,7 +112,8 @@ bool WorldState::are_many_astray() const {
 
 /// How far body i may move before its pairs are searched for again [m].
 double WorldState::search_reach(std::size_t i) const {
-    return search_steps * reach[i] + (bodies.props[i].is_static() ? 0.0 : search_share * bodies.props[i].bounding_radius);
+    return search_steps * reach[i] +
+           (bodies.props[i].is_static() ? 0.0 : search_share * bodies.props[i].bounding_radius);
 }
 
 /// Where body i may get to until then: a box in the frame of the search.
@@ -155,7 +156,8 @@ void WorldState::find_candidates_of_astray() {
     }
     std::erase_if(candidates, [&](const Candidate& candidate) {
         const auto& [pair, slot] = candidate;
-        const bool is_old = is_unseen[static_cast<std::size_t>(pair.a)] != 0 || is_unseen[static_cast<std::size_t>(pair.b)] != 0;
+        const bool is_old =
+            is_unseen[static_cast<std::size_t>(pair.a)] != 0 || is_unseen[static_cast<std::size_t>(pair.b)] != 0;
         if (is_old) {
             free_slots.push_back(slot);
         }
@@ -192,8 +194,8 @@ void WorldState::add_candidates() {
     }
 }
 
-/// Do two bodies whose search boxes overlap count as candidates? Not those that a joint connects, and none beyond a plane,
-/// whose box tells nothing.
+/// Do two bodies whose search boxes overlap count as candidates? Not those that a joint connects, and none beyond a
+/// plane, whose box tells nothing.
 bool WorldState::may_touch(const BodyPair& pair) const {
     if (std::ranges::binary_search(jointed, pair)) {
         return false;

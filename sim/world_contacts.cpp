@@ -80,16 +80,18 @@ bool WorldState::are_boxes(const BodyPair& pair) const {
 }
 
 /// A lower bound of the distance of two bodies at these poses, by what the last look found [m].
-double WorldState::least_separation(const BodyPair& pair, std::size_t slot, const Pose& pose_a, const Pose& pose_b) const {
+double WorldState::least_separation(const BodyPair& pair, std::size_t slot, const Pose& pose_a,
+                                    const Pose& pose_b) const {
     const Separation& found = separations[slot];
-    return found.distance < 0.0 ? found.distance
-                                : found.distance -
-                                      moved_by(bodies.props[static_cast<std::size_t>(pair.a)], found.a, pose_a, Vec3::Zero()) -
-                                      moved_by(bodies.props[static_cast<std::size_t>(pair.b)], found.b, pose_b, Vec3::Zero());
+    return found.distance < 0.0
+               ? found.distance
+               : found.distance -
+                     moved_by(bodies.props[static_cast<std::size_t>(pair.a)], found.a, pose_a, Vec3::Zero()) -
+                     moved_by(bodies.props[static_cast<std::size_t>(pair.b)], found.b, pose_b, Vec3::Zero());
 }
 
-/// Where the candidate bodies that are boxes stand, at `poses`; is_moved(i): has body i moved since its pairs were looked at,
-/// or were they not yet?
+/// Where the candidate bodies that are boxes stand, at `poses`; is_moved(i): has body i moved since its pairs were
+/// looked at, or were they not yet?
 template <typename F>
 void WorldState::place_boxes(std::span<const Pose> poses, F&& is_moved) {
     moved.resize(reported_count);
@@ -146,9 +148,10 @@ void WorldState::find_near() {
             for (std::size_t k = first; k < last; ++k) {
                 const auto& [pair, slot] = candidates[k];
                 const auto [a, b] = pair;
-                const double apart = are_boxes(pair) ? axes[slot].separation()
-                                                     : least_separation(pair, slot, bodies.pose[static_cast<std::size_t>(a)],
-                                                                        bodies.pose[static_cast<std::size_t>(b)]);
+                const double apart = are_boxes(pair)
+                                         ? axes[slot].separation()
+                                         : least_separation(pair, slot, bodies.pose[static_cast<std::size_t>(a)],
+                                                            bodies.pose[static_cast<std::size_t>(b)]);
                 const double farthest = reach[static_cast<std::size_t>(a)] + reach[static_cast<std::size_t>(b)] +
                                         margin_tolerances * settings.tolerance;
                 // Most are farther: margin_of() is no larger than that.
@@ -205,8 +208,8 @@ void WorldState::find_contacts(StepReport& report) {
     report.manifolds = static_cast<int>(pairs.size());
 }
 
-/// What the last step remembers of the pairs first..last in `near` goes from `pairs` to `found` [near]; nothing where it
-/// remembers nothing.
+/// What the last step remembers of the pairs first..last in `near` goes from `pairs` to `found` [near]; nothing where
+/// it remembers nothing.
 void WorldState::take_known_pairs(std::size_t first, std::size_t last, std::vector<PairContacts>& found) {
     auto pair = std::ranges::lower_bound(pairs, candidates[near[first].candidate].bodies, {}, bodies_of);
     for (std::size_t i = first; i < last; ++i) {
@@ -230,12 +233,13 @@ void WorldState::find_pair_contacts(const NearPair& of, std::vector<Contact>& co
     const Shape& shape_b = bodies.props[b].shape;
     contacts.clear();
     if (are_boxes(candidate)) {
-        find_box_contacts(std::get<Box>(shape_a), bodies.pose[a], std::get<Box>(shape_b), bodies.pose[b], axes[slot], margin,
-                          contacts);
+        find_box_contacts(std::get<Box>(shape_a), bodies.pose[a], std::get<Box>(shape_b), bodies.pose[b], axes[slot],
+                          margin, contacts);
     } else {
         sim::find_contacts(shape_a, bodies.pose[a], shape_b, bodies.pose[b], margin, contacts);
         if (contacts.empty()) {
-            separations[slot] = {separation(shape_a, bodies.pose[a], shape_b, bodies.pose[b]), bodies.pose[a], bodies.pose[b]};
+            separations[slot] = {separation(shape_a, bodies.pose[a], shape_b, bodies.pose[b]), bodies.pose[a],
+                                 bodies.pose[b]};
         }
     }
     if (pair.manifold.contacts.empty()) {
@@ -281,9 +285,9 @@ void WorldState::check_pairs() {
     are_many_astray() ? find_all_candidates() : find_candidates_of_astray();
     checked_pose.resize(reported_count);
     place_boxes(planned, [&](std::size_t i) {
-        const bool is_moved = check_all || is_unseen[i] != 0 ||
-                              moved_by(bodies.props[i], checked_pose[i], planned[i], Vec3::Zero()) >
-                                  recheck_share * settings.tolerance;
+        const bool is_moved =
+            check_all || is_unseen[i] != 0 ||
+            moved_by(bodies.props[i], checked_pose[i], planned[i], Vec3::Zero()) > recheck_share * settings.tolerance;
         if (is_moved) {
             checked_pose[i] = planned[i];
         }

@@ -1,6 +1,6 @@
 #pragma once
-/// What a World holds, and its stages: world.cpp has the step, world_candidates.cpp the search for pairs that may touch,
-/// world_contacts.cpp that for their contacts.
+/// What a World holds, and its stages: world.cpp has the step, world_candidates.cpp the search for pairs that may
+/// touch, world_contacts.cpp that for their contacts.
 #include "sim/box_axes.h"
 #include "sim/broad_phase.h"
 #include "sim/collision_solver.h"
@@ -138,8 +138,8 @@ struct WorldState {
     std::vector<double> searched_reach; ///< [m] that each body may be away from there
     std::vector<int> astray;            ///< bodies whose pairs have to be searched for again
     std::vector<Bounds> boxes;
-    std::size_t searched_again = 0;     ///< bodies, one by one, since all were searched for
-    std::vector<BodyPair> found_pairs;  ///< by the last search
+    std::size_t searched_again = 0;    ///< bodies, one by one, since all were searched for
+    std::vector<BodyPair> found_pairs; ///< by the last search
     /// Bodies that may touch in the next steps, and where what is known of them lies.
     struct Candidate {
         BodyPair bodies;
@@ -148,8 +148,8 @@ struct WorldState {
     std::vector<Candidate> candidates; ///< ascending
     std::vector<std::size_t> free_slots;
     std::vector<std::size_t> candidate_bodies; ///< all in `candidates`, ascending
-    std::vector<char> is_unseen; ///< [reported_count] the body's pairs were searched for and not looked at since
-    std::vector<char> moved; ///< [reported_count] of candidate_bodies: since their pairs were last looked at
+    std::vector<char> is_unseen;     ///< [reported_count] the body's pairs were searched for and not looked at since
+    std::vector<char> moved;         ///< [reported_count] of candidate_bodies: since their pairs were last looked at
     std::vector<double> near_margin; ///< [candidates] [m] see NearPair; negative: too far apart
     std::vector<NearPair> near;
     std::vector<PairContacts> pairs; ///< those with contacts, ascending; then those that repair added

@@ -56,7 +56,8 @@ struct Pairs {
             add_body(bodies, make_props(Box{}, i % 2 == 0 ? 0.0 : 800.0, 0.0, 0.3),
                      {place, i % 4 == 2 ? edge_up : Quat::Identity()}, {0.02 * numbers.vector(1.0), 0.02 * numbers.vector(1.0)});
             add_body(bodies, make_props(Box{Vec3(0.4, 0.5, 0.6)}, 1000.0, 0.0, frictionless || i % 3 == 0 ? 0.0 : 0.3),
-                     {place + Vec3(0.1, 0.05, 1.6), turns[i % 4]}, {0.2 * numbers.vector(1.0), 0.2 * numbers.vector(1.0)});
+                     {place + Vec3(0.1, 0.05, 1.6), turns[i % 4]},
+                     {0.2 * numbers.vector(1.0), 0.2 * numbers.vector(1.0)});
             const auto below = bodies.pose.size() - 2;
             const auto above = below + 1;
             if (bodies.props[below].is_static()) {
@@ -155,8 +156,8 @@ TEST(contact_lanes, lanes_find_and_remember_what_blocks_do) {
     }
 }
 
-/// Of a box that leans on another the edges cross beside the corners of a face, and nearly where a corner of the face lies:
-/// without friction the motion is the same however they share the load.
+/// Of a box that leans on another the edges cross beside the corners of a face, and nearly where a corner of the face
+/// lies: without friction the motion is the same however they share the load.
 TEST(contact_lanes, boxes_that_lean_on_each_other_move_as_in_blocks) {
     Numbers numbers(5);
     Pairs pairs(numbers, true);
@@ -169,7 +170,8 @@ TEST(contact_lanes, boxes_that_lean_on_each_other_move_as_in_blocks) {
                        : 0;
     }
     EXPECT_GT(leaning, 10);
-    pairs.settings.tolerance = 1e-10; // gaps that are not linear are solved for again, in all lanes while one asks for it
+    pairs.settings.tolerance =
+        1e-10; // gaps that are not linear are solved for again, in all lanes while one asks for it
     ContactSolver lanes;
     lanes.prepare(pairs.bodies, pairs.pairs, {}, {}, pairs.settings, h);
     EXPECT_TRUE(lanes.solve(pairs.bodies, pairs.pairs, {}).converged);
