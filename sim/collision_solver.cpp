@@ -212,7 +212,7 @@ int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& veloci
         const double missing = joints_.solve(velocity);
         const double change =
             together ? together_.sweep(loop_, bodies, velocity)
-                     : loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance, projections_in(count));
+                     : loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance, projections_in(count, settings.velocity_tolerance));
         converged = change <= settings.velocity_tolerance &&
                     (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
     }

@@ -15,11 +15,8 @@ namespace {
 /// that take away the share s of an error in velocity, from impulses that each step starts from whole, act on a heap as
 /// a damper s, a spring s and the integral of a spring, s times gap_relaxation; that comes to rest only where
 /// gap_relaxation < s (Routh), and the slowest motion of a tower of 20 solved by a few sweeps a step has s = 0.01 or less.
-constexpr double gap_relaxation = 0.1;
+constexpr double gap_relaxation = 0.1; // at it towers come to rest with tight tolerances
 constexpr double loose_gap_relaxation = 0.003;
-
-/// A tolerance of velocities up to here [m/s] is not loose: with tighter ones towers come to rest at gap_relaxation.
-constexpr double tight_velocity_tolerance = 5e-5;
 
 /// Where a loose tolerance is met, sweeps go on, so many at most, until the changes are this share [-] of the first
 /// one, or slower than this [m/s], a tenth of what counts as rest: a heap comes to rest over the steps, at little cost.
@@ -312,7 +309,7 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
             has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
         const double change = loop_.empty() ? 0.0
                               : together    ? together_.sweep(loop_, bodies, velocity_)
-                                         : loop_.sweep(velocity_, skip, slack_share * tolerance, projections_in(count));
+                                         : loop_.sweep(velocity_, skip, slack_share * tolerance, projections_in(count, tolerance));
         last = change;
         settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
         converged = change <= tolerance && (change <= settled || settling_++ >= settling_sweeps);

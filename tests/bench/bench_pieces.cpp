@@ -150,7 +150,7 @@ void one_sweep(benchmark::State& state) {
     loop.load_batches(bodies);
     std::vector<sim::Velocity> velocity = bodies.velocity;
     for (auto _ : state) {
-        benchmark::DoNotOptimize(loop.sweep(velocity, -1.0, 1e-3, sim::projections_in(0)));
+        benchmark::DoNotOptimize(loop.sweep(velocity, -1.0, 1e-3, 1));
     }
     state.SetLabel("blocks " + std::to_string(loop.blocks.size()));
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(loop.points.size()));
