@@ -301,8 +301,7 @@ void CollisionSolver::begin_pass(std::span<const Velocity> velocity) {
             in_pass_.push_back(static_cast<std::size_t>(block.b));
         }
         std::ranges::sort(in_pass_);
-        const auto rest = std::ranges::unique(in_pass_);
-        in_pass_.erase(rest.begin(), rest.end());
+        in_pass_.erase(std::unique(in_pass_.begin(), in_pass_.end()), in_pass_.end());
     } else {
         in_pass_.resize(velocity.size());
         std::iota(in_pass_.begin(), in_pass_.end(), std::size_t{0});
