@@ -208,11 +208,12 @@ int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& veloci
     const double skip = joints_.empty() ? skip_share * settings.velocity_tolerance : -1.0;
     const bool together = TogetherSweeps::fits(loop_);
     together ? together_.begin(loop_, bodies) : loop_.load_batches(bodies);
+    double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
-        const double change =
-            together ? together_.sweep(loop_, bodies, velocity)
-                     : loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance, projections_in(count, settings.velocity_tolerance));
+        change = together ? together_.sweep(loop_, bodies, velocity)
+                          : loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance,
+                                        projections_in(count, change, settings.velocity_tolerance));
         converged = change <= settings.velocity_tolerance &&
                     (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
     }

@@ -105,12 +105,13 @@ inline constexpr int most_projections = 2;
 /// A tolerance of velocities up to here [m/s] is not loose.
 inline constexpr double tight_velocity_tolerance = 5e-5;
 
-/// The same in a sweep over batches, counted from 0, of a solve to `tolerance` [m/s]. Where that is loose the first sweeps
-/// bring what changed since the last step, in most steps all there is. With one projection throughout a few blocks of many
-/// points go in circles, and to a tight tolerance fallen dominoes take twice as long.
-inline int projections_in(int sweep, double tolerance) {
+/// The same in a sweep over batches, counted from 0, of a solve to `tolerance` [m/s], which the sweep before missed by
+/// changes of `last` [m/s]. The first sweeps to a loose tolerance bring what changed since the last step, roughly. With one
+/// projection beyond that some piles do not come to rest, some blocks of many points go in circles, and with a tight
+/// tolerance fallen dominoes take twice as long.
+inline int projections_in(int sweep, double last, double tolerance) {
     constexpr int quick_sweeps = 8;
-    return sweep < quick_sweeps && tolerance > tight_velocity_tolerance ? 1 : most_projections;
+    return sweep < quick_sweeps && last > tolerance && tolerance > tight_velocity_tolerance ? 1 : most_projections;
 }
 
 /// Sweep of a solve over batches [-] after which none is carried on: in a row of 200 fallen dominoes the momentum that

@@ -309,7 +309,8 @@ int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, b
             has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
         const double change = loop_.empty() ? 0.0
                               : together    ? together_.sweep(loop_, bodies, velocity_)
-                                         : loop_.sweep(velocity_, skip, slack_share * tolerance, projections_in(count, tolerance));
+                                            : loop_.sweep(velocity_, skip, slack_share * tolerance,
+                                                          projections_in(count, last, tolerance));
         last = change;
         settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
         converged = change <= tolerance && (change <= settled || settling_++ >= settling_sweeps);
