@@ -2,20 +2,20 @@
 /// which says how they were made.
 #include "render/cmd/baseline.h"
 
-#include "render/body_image.h"
 #include "render/cmd/compare.h"
 #include "render/cmd/interrupt.h"
 #include "render/cmd/options.h"
 #include "render/compare/sequence.h"
-#include "render/film.h"
-#include "render/gl_context.h"
-#include "render/memory.h"
-#include "render/renderer.h"
-#include "render/shader.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
-#include "sim/scene_file.h"
-#include "sim/world.h"
+#include "render/film/film.h"
+#include "render/film/memory.h"
+#include "render/gl/context.h"
+#include "render/gl/shader.h"
+#include "render/picture/body_image.h"
+#include "render/picture/renderer.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+#include "sim/scene/file.h"
+#include "sim/world/world.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

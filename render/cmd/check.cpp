@@ -1,6 +1,6 @@
 /// tumble check: reads and validates scenes, and prints what they contain.
 #include "render/cmd/options.h"
-#include "sim/scene_summary.h"
+#include "sim/scene/summary.h"
 
 #include <cstdio>
 

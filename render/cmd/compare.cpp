@@ -5,8 +5,8 @@
 #include "render/compare/limits_file.h"
 #include "render/compare/report.h"
 #include "render/compare/side_by_side.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

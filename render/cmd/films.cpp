@@ -1,7 +1,7 @@
 #include "render/cmd/films.h"
 
-#include "render/video_reader.h"
-#include "render/video_writer.h"
+#include "render/film/video_reader.h"
+#include "render/film/video_writer.h"
 
 #include <algorithm>
 #include <cmath>

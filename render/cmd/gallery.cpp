@@ -3,11 +3,11 @@
 #include "render/cmd/workplace.h"
 #include "render/compare/gallery_page.h"
 #include "render/compare/report.h"
-#include "render/film.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
-#include "sim/scene_file.h"
-#include "sim/trajectory.h"
+#include "render/film/film.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+#include "sim/record/trajectory.h"
+#include "sim/scene/file.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 #include "render/cmd/guard.h"
 
 #include "render/cmd/interrupt.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 

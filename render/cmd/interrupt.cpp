@@ -1,6 +1,6 @@
 #include "render/cmd/interrupt.h"
 
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <csignal>
 #include <initializer_list>

@@ -3,10 +3,10 @@
 #include "render/cmd/options.h"
 #include "render/cmd/progress.h"
 #include "render/cmd/run_record.h"
-#include "render/film.h"
-#include "render/memory.h"
-#include "sim/error.h"
-#include "sim/scene_file.h"
+#include "render/film/film.h"
+#include "render/film/memory.h"
+#include "sim/base/error.h"
+#include "sim/scene/file.h"
 
 #include <fmt/format.h>
 

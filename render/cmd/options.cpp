@@ -2,10 +2,10 @@
 
 #include "render/cmd/usage.h"
 #include "render/study/preset.h"
-#include "sim/error.h"
-#include "sim/rational.h"
-#include "sim/scene_file.h"
-#include "sim/scene_tree.h"
+#include "sim/base/error.h"
+#include "sim/base/rational.h"
+#include "sim/scene/file.h"
+#include "sim/scene/tree.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

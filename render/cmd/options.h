@@ -1,7 +1,7 @@
 #pragma once
 /// What the user asks for on the command line.
-#include "render/stills.h"
-#include "sim/scene_def.h"
+#include "render/film/stills.h"
+#include "sim/model/scene_def.h"
 
 #include <cstdint>
 #include <filesystem>

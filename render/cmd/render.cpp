@@ -2,12 +2,12 @@
 #include "render/cmd/options.h"
 #include "render/cmd/run_record.h"
 #include "render/cmd/supervise.h"
-#include "render/film.h"
-#include "render/gl_context.h"
-#include "render/memory.h"
-#include "sim/error.h"
-#include "sim/scene_file.h"
-#include "sim/trajectory.h"
+#include "render/film/film.h"
+#include "render/film/memory.h"
+#include "render/gl/context.h"
+#include "sim/base/error.h"
+#include "sim/record/trajectory.h"
+#include "sim/scene/file.h"
 
 #include <fmt/format.h>
 

@@ -4,13 +4,13 @@
 #include "render/cmd/run_record.h"
 #include "render/cmd/simulation.h"
 #include "render/cmd/supervise.h"
-#include "render/gl_context.h"
-#include "render/memory.h"
-#include "render/shader.h"
+#include "render/film/memory.h"
+#include "render/gl/context.h"
+#include "render/gl/shader.h"
 #include "render/study/law.h"
 #include "render/study/preset.h"
-#include "sim/error.h"
-#include "sim/scene_study.h"
+#include "sim/base/error.h"
+#include "sim/scene/study.h"
 
 #include <fmt/format.h>
 

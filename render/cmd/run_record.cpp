@@ -1,10 +1,10 @@
 #include "render/cmd/run_record.h"
 
-#include "render/gl_context.h"
-#include "render/shader.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
-#include "sim/scene_difference.h"
+#include "render/gl/context.h"
+#include "render/gl/shader.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+#include "sim/scene/difference.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

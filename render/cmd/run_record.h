@@ -1,7 +1,7 @@
 #pragma once
 /// What a folder's frames were made from: frames/run.json, written before the first of them.
 #include "render/cmd/workplace.h"
-#include "sim/scene_def.h"
+#include "sim/model/scene_def.h"
 
 #include <filesystem>
 #include <optional>

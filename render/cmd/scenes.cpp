@@ -1,9 +1,9 @@
 /// tumble scenes, tumble new: which scenes there are, and a first one of one's own.
 #include "render/cmd/options.h"
 #include "render/cmd/scene_texts.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
-#include "sim/scene_file.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+#include "sim/scene/file.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #include "render/cmd/simulation.h"
 
-#include "sim/scene_study.h"
+#include "sim/scene/study.h"
 
 #include <ctime>
 #include <memory>

@@ -1,12 +1,12 @@
 #pragma once
 /// One scene on its way from state 0 to the end of the film, or to the last frame of a slice.
 #include "render/cmd/options.h"
-#include "render/film.h"
-#include "render/thread_group.h"
-#include "sim/scene_def.h"
-#include "sim/summary.h"
-#include "sim/trajectory.h"
-#include "sim/world.h"
+#include "render/film/film.h"
+#include "render/film/thread_group.h"
+#include "sim/model/scene_def.h"
+#include "sim/record/summary.h"
+#include "sim/record/trajectory.h"
+#include "sim/world/world.h"
 
 #include <atomic>
 #include <cstdint>

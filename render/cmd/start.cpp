@@ -3,7 +3,7 @@
 #include "render/cmd/compare.h"
 #include "render/cmd/guard.h"
 #include "render/cmd/interrupt.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <CLI/CLI.hpp>
 

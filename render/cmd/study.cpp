@@ -6,11 +6,11 @@
 #include "render/cmd/study_page.h"
 #include "render/cmd/usage.h"
 #include "render/cmd/workplace.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
-#include "sim/trajectory.h"
 #include "render/study/law.h"
 #include "render/study/table.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+#include "sim/record/trajectory.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

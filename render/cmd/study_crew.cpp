@@ -2,7 +2,7 @@
 
 #include "render/cmd/interrupt.h"
 #include "render/cmd/progress.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 

@@ -1,11 +1,11 @@
 #include "render/cmd/study_film.h"
 
-#include "render/canvas.h"
-#include "render/film.h"
-#include "render/text.h"
-#include "render/thread_group.h"
-#include "render/video_writer.h"
-#include "sim/scene_file.h"
+#include "render/film/film.h"
+#include "render/film/thread_group.h"
+#include "render/film/video_writer.h"
+#include "render/overlay/canvas.h"
+#include "render/overlay/text.h"
+#include "sim/scene/file.h"
 
 #include <fmt/format.h>
 

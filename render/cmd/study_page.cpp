@@ -1,7 +1,7 @@
 #include "render/cmd/study_page.h"
 
 #include "render/compare/page.h"
-#include "sim/file_io.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 

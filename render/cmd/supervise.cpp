@@ -1,7 +1,7 @@
 #include "render/cmd/supervise.h"
 
 #include "render/cmd/interrupt.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr auto poll_interval = 50ms;
 // Ctrl-C is to end the program within a second: this much for a step or picture under way.
-constexpr auto patience = 700ms;
+constexpr auto supervisor_patience = 700ms;
 
 } // namespace
 
@@ -28,7 +28,7 @@ void supervise(render::ThreadGroup& threads, Progress& progress, const std::func
             continue;
         }
         threads.stop();
-        const bool have_stopped = threads.wait_for(patience);
+        const bool have_stopped = threads.wait_for(supervisor_patience);
         progress.clear();
         const std::string message =
             workplace.has_frames()

@@ -2,7 +2,7 @@
 /// The main thread while others work: progress, interruption, errors.
 #include "render/cmd/progress.h"
 #include "render/cmd/workplace.h"
-#include "render/thread_group.h"
+#include "render/film/thread_group.h"
 
 #include <cstdint>
 #include <functional>

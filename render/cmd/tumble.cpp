@@ -8,7 +8,7 @@
 #include "render/cmd/options.h"
 #include "render/cmd/study.h"
 #include "render/cmd/usage.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,6 +1,6 @@
 #include "render/cmd/usage.h"
 
-#include "sim/scene_tree.h"
+#include "sim/scene/tree.h"
 
 #include <fmt/format.h>
 

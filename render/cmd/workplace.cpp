@@ -1,6 +1,6 @@
 #include "render/cmd/workplace.h"
 
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 

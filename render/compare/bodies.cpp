@@ -1,8 +1,8 @@
 #include "render/compare/bodies.h"
 
 #include "render/compare/displacement.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,7 @@
 #include "render/compare/limits_file.h"
 
-#include "sim/error.h"
-#include "sim/file_io.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

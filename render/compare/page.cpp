@@ -1,7 +1,7 @@
 #include "render/compare/page.h"
 
 #include "render/compare/page_texts.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <algorithm>
 #include <iterator>

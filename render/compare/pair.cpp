@@ -1,7 +1,7 @@
 #include "render/compare/pair.h"
 
 #include "render/compare/bodies.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 

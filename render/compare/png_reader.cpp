@@ -1,7 +1,7 @@
 #include "render/compare/png_reader.h"
 
 #include "render/compare/png_filter.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 #include <libdeflate.h>

@@ -1,8 +1,8 @@
 #include "render/compare/report_page.h"
 
 #include "render/compare/page.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,9 +1,9 @@
 #include "render/compare/sequence.h"
 
 #include "render/compare/shift.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
-#include "sim/workers.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+#include "sim/base/workers.h"
 
 #include <fmt/format.h>
 

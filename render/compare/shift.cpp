@@ -1,7 +1,7 @@
 #include "render/compare/shift.h"
 
-#include "sim/error.h"
-#include "sim/workers.h"
+#include "sim/base/error.h"
+#include "sim/base/workers.h"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 /// The work-precision diagram, and the quantities of chaotic scenes over time, by gnuplot.
 #include "render/study/ensemble.h"
 #include "render/study/table.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "render/study/engine.h"
 
-#include "sim/world.h"
 #include "render/study/preset.h"
+#include "sim/world/world.h"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 /// A physics engine with a scene loaded, as a study runs it: ours, and the peers that the benchmarks link.
-#include "sim/scene_def.h"
-#include "sim/snapshot.h"
-#include "sim/step_report.h"
+#include "sim/base/step_report.h"
+#include "sim/model/scene_def.h"
+#include "sim/model/snapshot.h"
 
 #include <functional>
 #include <string>

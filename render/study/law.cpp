@@ -1,6 +1,6 @@
 #include "render/study/law.h"
 
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 

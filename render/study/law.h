@@ -1,7 +1,7 @@
 #pragma once
 /// Closed forms of the motions of scenes that name a law: what a study then takes as the truth.
-#include "sim/scene_study.h"
 #include "render/study/motion.h"
+#include "sim/scene/study.h"
 
 #include <span>
 

@@ -1,6 +1,6 @@
 #include "render/study/motion.h"
 
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <algorithm>
 #include <cmath>

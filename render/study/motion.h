@@ -1,7 +1,7 @@
 #pragma once
 /// States at common instants, and how far two such motions are apart.
-#include "sim/scene_def.h"
-#include "sim/snapshot.h"
+#include "sim/model/scene_def.h"
+#include "sim/model/snapshot.h"
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 #include "render/study/plan.h"
 
-#include "sim/error.h"
-#include "sim/scene_file.h"
+#include "sim/base/error.h"
+#include "sim/scene/file.h"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 /// Which points a study of a scene computes: the scene's own settings, every knob's, and what they are held
 /// against.
-#include "sim/scene_study.h"
 #include "render/study/engine.h"
+#include "sim/scene/study.h"
 
 #include <cstdint>
 #include <span>

@@ -1,6 +1,6 @@
 #include "render/study/point.h"
 
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <nlohmann/json.hpp>
 

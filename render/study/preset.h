@@ -1,6 +1,6 @@
 #pragma once
 /// Settings of a simulation that trade accuracy for speed together, chosen from the studies.
-#include "sim/scene_def.h"
+#include "sim/model/scene_def.h"
 
 #include <array>
 #include <optional>

@@ -1,7 +1,7 @@
 /// Processor time of `tumble compare` for a pair of 1920x1080 pictures within a run of many, on one core; beside odiff,
 /// where its program is given. Arguments: TUMBLE [ODIFF].
 #include "render/compare/picture.h"
-#include "sim/file_io.h"
+#include "sim/base/file_io.h"
 #include "tests/compare/painter.h"
 
 #include <cstdio>

@@ -7,9 +7,9 @@
 /// every step. Writes steps.csv, summary.csv and summary.md into DIR (default out/bench).
 #include "tests/bench/engine.h"
 
-#include "sim/error.h"
-#include "sim/file_io.h"
-#include "sim/scene_file.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+#include "sim/scene/file.h"
 #include "tests/laws/law_solids.h"
 
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 /// The funnel's film: wall and processor time of its pictures by preset, of the whole run beside simulation
 /// and pictures alone, and of a PNG beside stb's. Arguments: TUMBLE [REPEATS]. Writes out/bench/pictures.md.
-#include "render/film.h"
-#include "render/image.h"
-#include "sim/file_io.h"
+#include "render/film/film.h"
+#include "render/picture/image.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 #include <stb_image_write.h>

@@ -1,10 +1,10 @@
 /// The inner pieces alone: manifolds and axes of two boxes, the search for pairs, one sweep, a call of libccd.
-#include "sim/broad_phase.h"
-#include "sim/contact_block.h"
-#include "sim/integrate.h"
-#include "sim/narrow_phase.h"
-#include "sim/scene_file.h"
-#include "sim/world.h"
+#include "sim/block/contact_block.h"
+#include "sim/collide/broad_phase.h"
+#include "sim/collide/narrow_phase.h"
+#include "sim/model/integrate.h"
+#include "sim/scene/file.h"
+#include "sim/world/world.h"
 #include "tests/laws/reference/gap.h"
 
 #include <benchmark/benchmark.h>

@@ -3,9 +3,9 @@
 /// The funnel with 1000, 8000 and 64 000 cubes: the same scene with another number of cubes in its lattice. Processor
 /// time over the steps in which the first cubes meet: a step, and a contact beyond what the bodies cost in free fall, most
 /// of them falling still; memory a body and a contact. Writes scale.csv and prints a table.
-#include "sim/file_io.h"
-#include "sim/scene_file.h"
-#include "sim/world.h"
+#include "sim/base/file_io.h"
+#include "sim/scene/file.h"
+#include "sim/world/world.h"
 
 #include <fmt/format.h>
 

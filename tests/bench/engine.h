@@ -1,7 +1,7 @@
 #pragma once
 /// What benchmarks and studies need of a physics engine: ours and its peers behind one small struct.
-#include "sim/scene_def.h"
-#include "sim/snapshot.h"
+#include "sim/model/scene_def.h"
+#include "sim/model/snapshot.h"
 #include "tests/laws/reference/overlap.h"
 
 #include <functional>

@@ -2,8 +2,8 @@
 /// phase.
 #include "tests/bench/engine.h"
 
-#include "sim/error.h"
-#include "sim/polytope.h"
+#include "sim/base/error.h"
+#include "sim/model/polytope.h"
 
 #include <btBulletDynamicsCommon.h>
 

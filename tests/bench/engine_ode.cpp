@@ -1,7 +1,7 @@
 /// ODE as Debian builds it: double precision, QuickStep or the direct solver, sweep-and-prune space.
 #include "tests/bench/engine.h"
 
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <ode/ode.h>
 

@@ -1,6 +1,6 @@
 #include "tests/bench/engine.h"
 
-#include "sim/world.h"
+#include "sim/world/world.h"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 /// instants that are compared.
 #include "render/cmd/guard.h"
 #include "render/cmd/study.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 #include "tests/bench/engine.h"
 #include "tests/laws/law_solids.h"
 

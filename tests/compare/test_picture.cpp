@@ -1,7 +1,7 @@
 // The reader of PNG files against stb's, on files of every kind; damaged files are refused.
 #include "render/compare/picture.h"
 #include "render/compare/png_reader.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 #include "tests/compare/painter.h"
 
 #include <gtest/gtest.h>

@@ -3,8 +3,8 @@
 #include "render/compare/limits_file.h"
 #include "render/compare/report.h"
 #include "render/compare/sequence.h"
-#include "sim/error.h"
-#include "sim/file_io.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
 #include "tests/compare/painter.h"
 
 #include <gtest/gtest.h>

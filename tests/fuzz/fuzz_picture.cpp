@@ -1,7 +1,7 @@
 /// libFuzzer: any bytes are a picture or a sim::Error. Checksums of a PNG's chunks are set right too, or no changed
 /// byte would get past them.
 #include "render/compare/picture.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <libdeflate.h>
 

@@ -1,7 +1,7 @@
 /// libFuzzer: any text is a scene or a sim::Error with one line.
-#include "sim/error.h"
-#include "sim/scene_file.h"
-#include "sim/scene_summary.h"
+#include "sim/base/error.h"
+#include "sim/scene/file.h"
+#include "sim/scene/summary.h"
 
 #include <algorithm>
 #include <cstddef>

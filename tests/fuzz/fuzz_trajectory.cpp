@@ -1,6 +1,6 @@
 /// libFuzzer: any bytes are a trajectory, all of whose records can be read, or a sim::Error.
-#include "sim/error.h"
-#include "sim/trajectory.h"
+#include "sim/base/error.h"
+#include "sim/record/trajectory.h"
 
 #include <sys/mman.h>
 #include <unistd.h>

@@ -1,8 +1,8 @@
 #include "tests/laws/extreme_row.h"
 
-#include "sim/error.h"
-#include "sim/scene_bounds.h"
-#include "sim/scene_overlap.h"
+#include "sim/base/error.h"
+#include "sim/scene/bounds.h"
+#include "sim/scene/overlap.h"
 
 #include <fmt/format.h>
 

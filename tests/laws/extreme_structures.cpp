@@ -1,5 +1,5 @@
 /// Extremes of structure: many bodies, many contacts, joints that say too much, exact alignment, many steps.
-#include "sim/polytope.h"
+#include "sim/model/polytope.h"
 #include "tests/laws/extreme_row.h"
 
 namespace laws {

@@ -1,5 +1,5 @@
 /// The wave through a row of dominoes: it runs at a speed of its own.
-#include "sim/scene_file.h"
+#include "sim/scene/file.h"
 #include "tests/laws/law_scene.h"
 
 #include <gtest/gtest.h>

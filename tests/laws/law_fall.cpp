@@ -1,5 +1,5 @@
 /// Bodies with flat faces that fall over, from an edge or a rim until they lie: no step may give them energy.
-#include "sim/polytope.h"
+#include "sim/model/polytope.h"
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>

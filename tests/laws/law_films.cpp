@@ -1,6 +1,6 @@
 /// The films of hulls, boxes and cylinders as they are: in each step that is looked at and not reported, no overlap
 /// beyond the scene's tolerance, by a check that shares no code with sim/.
-#include "sim/scene_file.h"
+#include "sim/scene/file.h"
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 /// Rest at the settings of the funnel, read from its scene: the solver that is fast there must also stand still there.
-#include "sim/scene_file.h"
+#include "sim/scene/file.h"
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 /// Heaps of every kind of shape: in each step that is not reported, no overlap beyond the tolerance, by a check that
 /// shares no code with sim/.
-#include "sim/polytope.h"
-#include "sim/random.h"
+#include "sim/base/random.h"
+#include "sim/model/polytope.h"
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>

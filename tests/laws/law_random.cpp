@@ -1,5 +1,5 @@
 /// Random scenes, seeded: what must hold of all of them.
-#include "sim/random.h"
+#include "sim/base/random.h"
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 /// Free rotation: the flipping wing nut, the symmetric body that precesses, and fast spin in contact.
-#include "sim/error.h"
+#include "sim/base/error.h"
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>

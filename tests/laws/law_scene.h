@@ -1,8 +1,8 @@
 #pragma once
 /// Scenes in code for the laws, running them, and measuring errors and orders.
-#include "sim/scene_def.h"
-#include "sim/snapshot.h"
-#include "sim/world.h"
+#include "sim/model/scene_def.h"
+#include "sim/model/snapshot.h"
+#include "sim/world/world.h"
 #include "tests/laws/law_solids.h"
 #include "tests/laws/law_table.h"
 

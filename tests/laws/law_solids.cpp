@@ -1,6 +1,6 @@
 #include "tests/laws/law_solids.h"
 
-#include "sim/polytope.h"
+#include "sim/model/polytope.h"
 
 namespace laws {
 namespace {

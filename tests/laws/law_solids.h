@@ -1,7 +1,7 @@
 #pragma once
 /// A scene's bodies and a snapshot's poses as the independent check of overlaps wants them.
-#include "sim/scene_def.h"
-#include "sim/snapshot.h"
+#include "sim/model/scene_def.h"
+#include "sim/model/snapshot.h"
 #include "tests/laws/reference/overlap.h"
 
 #include <vector>

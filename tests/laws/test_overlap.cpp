@@ -1,5 +1,5 @@
 /// The judge of overlaps, judged on pairs whose depth is known.
-#include "sim/trajectory.h"
+#include "sim/record/trajectory.h"
 #include "tests/laws/reference/overlap.h"
 #include "tests/laws/reference/trajectory_file.h"
 

@@ -1,9 +1,9 @@
 #include "tests/page/sample_report.h"
 
 #include "render/compare/report_page.h"
-#include "render/image.h"
-#include "render/video_writer.h"
-#include "sim/file_io.h"
+#include "render/film/video_writer.h"
+#include "render/picture/image.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 /// The page of a folder of results, in a real browser.
 #include "render/compare/gallery_page.h"
-#include "sim/file_io.h"
+#include "sim/base/file_io.h"
 #include "tests/page/browser.h"
 #include "tests/page/sample_report.h"
 

@@ -1,6 +1,6 @@
 /// What a person does on the page of a comparison, done in a real browser.
 #include "render/compare/report_page.h"
-#include "sim/file_io.h"
+#include "sim/base/file_io.h"
 #include "tests/page/browser.h"
 #include "tests/page/sample_report.h"
 

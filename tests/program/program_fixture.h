@@ -1,7 +1,7 @@
 #pragma once
 /// Runs the built program in a folder of the test's own, on a scene of eight small frames.
-#include "render/film.h"
-#include "sim/file_io.h"
+#include "render/film/film.h"
+#include "sim/base/file_io.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// What goes wrong outside the program: full disks, folders that vanish or cannot be written, a second run at
 /// the same time, damaged files, little memory, signals at any instant. Nothing whole is lost, one line says
 /// what happened, with the documented exit code.
-#include "render/image.h"
+#include "render/picture/image.h"
 #include "tests/program/program_fixture.h"
 
 #include <nlohmann/json.hpp>

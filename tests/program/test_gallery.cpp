@@ -1,6 +1,6 @@
 /// tumble gallery: the page of a folder of results, its posters and manifest.
-#include "render/image.h"
-#include "sim/file_io.h"
+#include "render/picture/image.h"
+#include "sim/base/file_io.h"
 #include "tests/program/program_fixture.h"
 
 #include <nlohmann/json.hpp>

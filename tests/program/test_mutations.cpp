@@ -1,13 +1,13 @@
 // Deliberate changes of shader, light, camera, mesh, simulation and scene are called changed, with the right cause and
 // the bodies they concern; harmless ones are not. The scenes are the project's own.
-#include "render/body_image.h"
 #include "render/compare/pair.h"
 #include "render/compare/source.h"
-#include "render/renderer.h"
-#include "render/shader.h"
-#include "sim/file_io.h"
-#include "sim/scene_file.h"
-#include "sim/world.h"
+#include "render/gl/shader.h"
+#include "render/picture/body_image.h"
+#include "render/picture/renderer.h"
+#include "sim/base/file_io.h"
+#include "sim/scene/file.h"
+#include "sim/world/world.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

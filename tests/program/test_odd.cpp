@@ -1,5 +1,5 @@
 /// Odd but legal: each works, or is refused with one line.
-#include "render/image.h"
+#include "render/picture/image.h"
 #include "tests/program/program_fixture.h"
 #include "tests/support/film_reader.h"
 

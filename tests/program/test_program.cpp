@@ -1,7 +1,7 @@
 /// The built program as a user runs it: exit codes, files, messages.
-#include "render/gl_context.h"
-#include "sim/scene_file.h"
-#include "sim/trajectory.h"
+#include "render/gl/context.h"
+#include "sim/record/trajectory.h"
+#include "sim/scene/file.h"
 #include "tests/program/program_fixture.h"
 #include "tests/support/film_reader.h"
 

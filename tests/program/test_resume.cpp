@@ -1,5 +1,5 @@
 /// Going on after an interruption, slices of a film, and joining them.
-#include "render/image.h"
+#include "render/picture/image.h"
 #include "tests/program/program_fixture.h"
 
 #include <nlohmann/json.hpp>

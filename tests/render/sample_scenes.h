@@ -1,7 +1,7 @@
 #pragma once
 /// Scenes filled in code, for tests of the pictures: no file is read and nothing is simulated.
-#include "sim/scene_def.h"
-#include "sim/snapshot.h"
+#include "sim/model/scene_def.h"
+#include "sim/model/snapshot.h"
 
 #include <cmath>
 #include <cstdint>

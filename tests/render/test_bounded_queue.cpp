@@ -1,4 +1,4 @@
-#include "render/bounded_queue.h"
+#include "render/film/bounded_queue.h"
 
 #include <gtest/gtest.h>
 

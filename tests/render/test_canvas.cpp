@@ -1,4 +1,4 @@
-#include "render/canvas.h"
+#include "render/overlay/canvas.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "render/image.h"
+#include "render/picture/image.h"
 
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "render/closed_form.h"
-#include "render/notes.h"
-#include "render/plot.h"
+#include "render/overlay/closed_form.h"
+#include "render/overlay/notes.h"
+#include "render/overlay/plot.h"
 #include "tests/render/sample_scenes.h"
 
 #include <gtest/gtest.h>

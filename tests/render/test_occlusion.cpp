@@ -1,4 +1,4 @@
-#include "render/occlusion.h"
+#include "render/scene/occlusion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "render/overlay.h"
-#include "render/palette.h"
-#include "render/renderer.h"
+#include "render/overlay/overlay.h"
+#include "render/overlay/palette.h"
+#include "render/picture/renderer.h"
 #include "tests/render/sample_scenes.h"
 
 #include <gtest/gtest.h>

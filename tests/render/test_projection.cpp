@@ -1,6 +1,6 @@
-#include "render/projection.h"
+#include "render/scene/projection.h"
 
-#include "render/floor_region.h"
+#include "render/scene/floor_region.h"
 #include "sample_scenes.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
-#include "render/renderer.h"
+#include "render/picture/renderer.h"
 
 #include "sample_scenes.h"
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "render/text.h"
+#include "render/overlay/text.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "render/thread_group.h"
+#include "render/film/thread_group.h"
 
-#include "render/bounded_queue.h"
+#include "render/film/bounded_queue.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
-#include "render/video_writer.h"
+#include "render/film/video_writer.h"
 
-#include "sim/error.h"
-#include "sim/file_io.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
 #include "tests/support/film_reader.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #pragma once
 /// Bodies, poses and numbers that the tests of sim/ share.
-#include "sim/contact_block.h"
-#include "sim/integrate.h"
+#include "sim/block/contact_block.h"
+#include "sim/model/integrate.h"
 
 #include <cstdint>
 

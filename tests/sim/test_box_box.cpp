@@ -1,4 +1,4 @@
-#include "sim/box_box.h"
+#include "sim/collide/box_box.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

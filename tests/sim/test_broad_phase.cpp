@@ -1,4 +1,4 @@
-#include "sim/broad_phase.h"
+#include "sim/collide/broad_phase.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

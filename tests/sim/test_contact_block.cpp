@@ -1,5 +1,5 @@
-#include "sim/contact_block.h"
-#include "sim/narrow_phase.h"
+#include "sim/block/contact_block.h"
+#include "sim/collide/narrow_phase.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

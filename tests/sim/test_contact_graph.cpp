@@ -1,4 +1,4 @@
-#include "sim/contact_graph.h"
+#include "sim/block/contact_graph.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-#include "sim/contact_solver.h"
-#include "sim/narrow_phase.h"
+#include "sim/collide/narrow_phase.h"
+#include "sim/solve/contact_solver.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

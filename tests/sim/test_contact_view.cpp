@@ -1,7 +1,7 @@
-#include "sim/contact_view.h"
+#include "sim/world/contact_view.h"
 
-#include "sim/scene_file.h"
-#include "sim/world.h"
+#include "sim/scene/file.h"
+#include "sim/world/world.h"
 
 #include <gtest/gtest.h>
 

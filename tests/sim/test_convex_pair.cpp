@@ -1,6 +1,6 @@
-#include "sim/file_io.h"
-#include "sim/narrow_phase.h"
-#include "sim/polytope.h"
+#include "sim/base/file_io.h"
+#include "sim/collide/narrow_phase.h"
+#include "sim/model/polytope.h"
 #include "tests/sim/brute_force.h"
 #include "tests/sim/sample_bodies.h"
 

@@ -1,6 +1,6 @@
-#include "sim/file_io.h"
+#include "sim/base/file_io.h"
 
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <gtest/gtest.h>
 

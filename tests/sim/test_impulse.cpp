@@ -1,4 +1,4 @@
-#include "sim/impulse.h"
+#include "sim/block/impulse.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <Eigen/Eigenvalues>

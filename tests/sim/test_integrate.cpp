@@ -1,4 +1,4 @@
-#include "sim/integrate.h"
+#include "sim/model/integrate.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

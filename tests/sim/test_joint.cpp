@@ -1,4 +1,4 @@
-#include "sim/joint.h"
+#include "sim/solve/joint.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

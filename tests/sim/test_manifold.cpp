@@ -1,4 +1,4 @@
-#include "sim/manifold.h"
+#include "sim/collide/manifold.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "sim/narrow_phase.h"
+#include "sim/collide/narrow_phase.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

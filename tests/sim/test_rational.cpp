@@ -1,4 +1,4 @@
-#include "sim/rational.h"
+#include "sim/base/rational.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/scene_difference.h"
+#include "sim/scene/difference.h"
 
 #include <gtest/gtest.h>
 

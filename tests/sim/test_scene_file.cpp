@@ -1,9 +1,9 @@
-#include "sim/scene_file.h"
+#include "sim/scene/file.h"
 
-#include "sim/error.h"
-#include "sim/file_io.h"
-#include "sim/scene_keys.h"
-#include "sim/scene_tree.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+#include "sim/scene/keys.h"
+#include "sim/scene/tree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "sim/scene_model.h"
+#include "sim/scene/model.h"
 
-#include "sim/scene_file.h"
+#include "sim/scene/file.h"
 
 #include <gtest/gtest.h>
 

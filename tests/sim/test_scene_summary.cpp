@@ -1,6 +1,6 @@
-#include "sim/scene_summary.h"
+#include "sim/scene/summary.h"
 
-#include "sim/scene_file.h"
+#include "sim/scene/file.h"
 
 #include <gtest/gtest.h>
 

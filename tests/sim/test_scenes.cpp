@@ -1,8 +1,8 @@
 /// The scenes of the repository: that they load, and that their numbers are those of the paper and of the
 /// issue.
-#include "sim/scene_file.h"
+#include "sim/scene/file.h"
 
-#include "sim/error.h"
+#include "sim/base/error.h"
 
 #include <gtest/gtest.h>
 

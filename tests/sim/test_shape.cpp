@@ -1,7 +1,7 @@
-#include "sim/narrow_phase.h"
-#include "sim/polytope.h"
-#include "sim/random.h"
-#include "sim/shape.h"
+#include "sim/base/random.h"
+#include "sim/collide/narrow_phase.h"
+#include "sim/model/polytope.h"
+#include "sim/model/shape.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

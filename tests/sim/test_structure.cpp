@@ -1,6 +1,5 @@
-// The structure of the code as README.md states it: the include levels of sim/, what render/ may see of sim/,
-// and which files own the headers of each library. The two lists are read from the page, so it cannot fall
-// behind.
+// The structure of the code as sim/README.md and render/README.md state it: the order of the rooms, what render/ may see
+// of sim/, and which files own the headers of each library. The lists are read from the pages, so they cannot fall behind.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,15 +60,24 @@ std::vector<Include> all_includes() {
     return includes;
 }
 
-/// The fenced list that follows the comment <!-- name --> in README.md.
-WordList list_of_readme(const std::string& name) {
-    std::ifstream in(fs::path(TUMBLE_SOURCE_DIR) / "README.md");
-    WordList list;
+/// The fenced list that follows the comment <!-- name --> in a page, a line each.
+std::vector<std::string> list_of(const std::string& page, const std::string& name) {
+    std::ifstream in(fs::path(TUMBLE_SOURCE_DIR) / page);
+    std::vector<std::string> lines;
     std::string line;
     while (std::getline(in, line) && line != "<!-- " + name + " -->") {
     }
     std::getline(in, line); // the fence
     while (std::getline(in, line) && line != "```") {
+        lines.push_back(line);
+    }
+    return lines;
+}
+
+/// First word of each line -> the other words.
+WordList words_of(const std::vector<std::string>& lines) {
+    WordList list;
+    for (const std::string& line : lines) {
         std::istringstream words(line);
         std::string key;
         words >> key;
@@ -80,6 +88,15 @@ WordList list_of_readme(const std::string& name) {
     return list;
 }
 
+/// The rooms of "sim" or "render", in the order of its page.
+std::vector<std::string> rooms_of(const std::string& top) {
+    std::vector<std::string> rooms;
+    for (const std::string& line : list_of(top + "/README.md", "rooms")) {
+        rooms.push_back(line.substr(0, line.find(' ')));
+    }
+    return rooms;
+}
+
 bool starts_with(const std::string& text, const std::string& beginning) {
     return text.compare(0, beginning.size(), beginning) == 0;
 }
@@ -88,34 +105,21 @@ bool contains(const std::vector<std::string>& list, const std::string& word) {
     return std::ranges::find(list, word) != list.end();
 }
 
-/// "sim/world.cpp" -> "world".
-std::string unit_of(const std::string& file) {
-    return fs::path(file).stem().string();
+/// "sim/world/world.cpp" -> "world".
+std::string room_of(const std::string& file) {
+    const std::size_t first = file.find('/');
+    const std::size_t second = file.find('/', first + 1);
+    return second == std::string::npos ? std::string() : file.substr(first + 1, second - first - 1);
 }
 
-/// Level of each unit of sim/; 0 if README.md does not name it.
-int level_of(const WordList& levels, const std::string& unit) {
-    for (const auto& [level, units] : levels) {
-        if (level != "render" && contains(units, unit)) {
-            return std::stoi(level);
-        }
+/// What is wrong with an include within sim/ or render/; empty if nothing is.
+std::string room_fault(const std::vector<std::string>& rooms, const Include& include) {
+    const auto from = std::ranges::find(rooms, room_of(include.file));
+    const auto to = std::ranges::find(rooms, room_of(include.path));
+    if (from == rooms.end() || to == rooms.end()) {
+        return "the page names no room of " + (from == rooms.end() ? include.file : include.path);
     }
-    return 0;
-}
-
-/// What is wrong with an include of sim/ in sim/; empty if nothing is.
-std::string level_fault(const WordList& levels, const Include& include) {
-    const int from = level_of(levels, unit_of(include.file));
-    const int to = level_of(levels, unit_of(include.path));
-    if (from == 0 || to == 0) {
-        return "README.md names no level of " + (from == 0 ? include.file : include.path);
-    }
-    const bool is_header = fs::path(include.file).extension() == ".h";
-    if (is_header ? to < from : to <= from) {
-        return {};
-    }
-    return include.file + " (level " + std::to_string(from) + ") includes " + include.path + " (level " +
-           std::to_string(to) + ")";
+    return to <= from ? std::string() : include.file + " includes " + include.path + " of a later room";
 }
 
 /// What is wrong with the include of a library's header; empty if nothing is. An owner that ends in / is a
@@ -131,7 +135,7 @@ std::string owner_fault(const WordList& owners, const Include& include) {
     };
     return std::ranges::any_of(owner->second, is_here)
                ? std::string()
-               : include.file + " includes <" + include.path + ">, which README.md gives to other files";
+               : include.file + " includes <" + include.path + ">, which the page gives to other files";
 }
 
 } // namespace
@@ -145,26 +149,26 @@ TEST(structure, include_directives_are_read_in_every_form) {
 }
 
 TEST(structure, faults_are_seen) {
-    const WordList levels = {{"1", {"error"}}, {"2", {"shape", "scene_tree"}}, {"3", {"body"}}};
-    EXPECT_EQ(level_fault(levels, {"sim/body.h", "sim/shape.h"}), "");
-    EXPECT_EQ(level_fault(levels, {"sim/shape.cpp", "sim/scene_tree.h"}), "");
-    EXPECT_NE(level_fault(levels, {"sim/shape.h", "sim/scene_tree.h"}), "");
-    EXPECT_NE(level_fault(levels, {"sim/shape.cpp", "sim/body.h"}), "");
-    EXPECT_NE(level_fault(levels, {"sim/new.cpp", "sim/body.h"}), "");
-    const WordList owners = {{"hdf5.h", {"sim/trajectory_hdf5.h"}}, {"glm/", {"render/"}}};
-    EXPECT_EQ(owner_fault(owners, {"sim/trajectory_hdf5.h", "hdf5.h"}), "");
-    EXPECT_EQ(owner_fault(owners, {"render/mesh.h", "glm/glm.hpp"}), "");
-    EXPECT_EQ(owner_fault(owners, {"sim/world.cpp", "vector"}), "");
-    EXPECT_NE(owner_fault(owners, {"sim/world.cpp", "hdf5.h"}), "");
-    EXPECT_NE(owner_fault(owners, {"sim/math.h", "glm/glm.hpp"}), "");
+    const std::vector<std::string> rooms = {"base", "model", "world"};
+    EXPECT_EQ(room_fault(rooms, {"sim/model/body.h", "sim/base/math.h"}), "");
+    EXPECT_EQ(room_fault(rooms, {"sim/model/body.h", "sim/model/shape.h"}), "");
+    EXPECT_NE(room_fault(rooms, {"sim/model/body.cpp", "sim/world/world.h"}), "");
+    EXPECT_NE(room_fault(rooms, {"sim/new/body.cpp", "sim/base/math.h"}), "");
+    EXPECT_NE(room_fault(rooms, {"sim/body.cpp", "sim/base/math.h"}), "");
+    const WordList owners = {{"hdf5.h", {"sim/record/hdf5.h"}}, {"glm/", {"render/"}}};
+    EXPECT_EQ(owner_fault(owners, {"sim/record/hdf5.h", "hdf5.h"}), "");
+    EXPECT_EQ(owner_fault(owners, {"render/scene/mesh.h", "glm/glm.hpp"}), "");
+    EXPECT_EQ(owner_fault(owners, {"sim/world/world.cpp", "vector"}), "");
+    EXPECT_NE(owner_fault(owners, {"sim/world/world.cpp", "hdf5.h"}), "");
+    EXPECT_NE(owner_fault(owners, {"sim/base/math.h", "glm/glm.hpp"}), "");
 }
 
-TEST(structure, every_header_of_sim_sees_lower_levels_only) {
-    const WordList levels = list_of_readme("levels");
+TEST(structure, every_file_of_sim_sees_its_own_and_earlier_rooms_only) {
+    const std::vector<std::string> rooms = rooms_of("sim");
     int checked = 0;
     for (const Include& include : all_includes()) {
         if (starts_with(include.file, "sim/") && starts_with(include.path, "sim/")) {
-            EXPECT_EQ(level_fault(levels, include), "");
+            EXPECT_EQ(room_fault(rooms, include), "");
             ++checked;
         }
     }
@@ -195,19 +199,31 @@ TEST(structure, study_sees_nothing_of_the_pictures) {
     EXPECT_GT(checked, 10) << "nothing was searched";
 }
 
-TEST(structure, render_sees_of_sim_only_what_the_page_says_and_not_its_own_verbs) {
-    const WordList levels = list_of_readme("levels");
-    ASSERT_TRUE(levels.contains("render"));
+TEST(structure, every_file_of_render_sees_its_own_and_earlier_rooms_and_of_sim_what_the_page_says) {
+    const std::vector<std::string> rooms = rooms_of("render");
+    std::vector<std::string> seen;
+    for (const std::string& line : list_of("render/README.md", "sees")) {
+        std::istringstream words(line);
+        for (std::string word; words >> word;) {
+            seen.push_back(word);
+        }
+    }
+    ASSERT_FALSE(seen.empty());
+    const auto is_generated = [](const std::string& path) {
+        return path == "render/shader_texts.h" || path == "render/font_data.h";
+    };
     int checked = 0;
     for (const Include& include : all_includes()) {
-        if (!starts_with(include.file, "render/") || starts_with(include.file, "render/cmd/") ||
-            starts_with(include.file, "render/study/")) {
+        const bool is_room = contains(rooms, room_of(include.file));
+        if (!starts_with(include.file, "render/") || (!is_room && !starts_with(include.file, "render/compare/"))) {
             continue;
+        }
+        if (is_room && starts_with(include.path, "render/") && !is_generated(include.path)) {
+            EXPECT_EQ(room_fault(rooms, include), "");
         }
         EXPECT_FALSE(starts_with(include.path, "render/cmd/")) << include.file;
         if (starts_with(include.path, "sim/")) {
-            EXPECT_TRUE(contains(levels.at("render"), unit_of(include.path)))
-                << include.file << ": " << include.path;
+            EXPECT_TRUE(contains(seen, include.path)) << include.file << ": " << include.path;
             ++checked;
         }
     }
@@ -215,8 +231,9 @@ TEST(structure, render_sees_of_sim_only_what_the_page_says_and_not_its_own_verbs
 }
 
 TEST(structure, headers_of_libraries_stay_in_the_files_that_own_them) {
-    const WordList owners = list_of_readme("owners");
-    EXPECT_GT(owners.size(), 8u) << "the list of README.md was not read";
+    WordList owners = words_of(list_of("sim/README.md", "owners"));
+    owners.merge(words_of(list_of("render/README.md", "owners")));
+    EXPECT_GT(owners.size(), 8u) << "the lists of the pages were not read";
     for (const Include& include : all_includes()) {
         EXPECT_EQ(owner_fault(owners, include), "");
     }

@@ -1,4 +1,4 @@
-#include "sim/summary.h"
+#include "sim/record/summary.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
-#include "sim/contact_solver.h"
-#include "sim/narrow_phase.h"
-#include "sim/time_of_impact.h"
+#include "sim/collide/narrow_phase.h"
+#include "sim/solve/contact_solver.h"
+#include "sim/solve/time_of_impact.h"
 #include "tests/sim/sample_bodies.h"
 
 #include <gtest/gtest.h>

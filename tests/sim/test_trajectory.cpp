@@ -1,7 +1,7 @@
-#include "sim/trajectory.h"
+#include "sim/record/trajectory.h"
 
-#include "sim/error.h"
-#include "sim/file_io.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/workers.h"
+#include "sim/base/workers.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "sim/error.h"
-#include "sim/scene_file.h"
-#include "sim/world.h"
+#include "sim/base/error.h"
+#include "sim/scene/file.h"
+#include "sim/world/world.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

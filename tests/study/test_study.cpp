@@ -1,9 +1,9 @@
 /// Plans, points and tables of studies of the scenes of the laws.
-#include "sim/error.h"
-#include "sim/scene_file.h"
 #include "render/study/law.h"
 #include "render/study/preset.h"
 #include "render/study/table.h"
+#include "sim/base/error.h"
+#include "sim/scene/file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 /// Decodes a film in the tests: what a player would show, by a conversion that does not use swscale.
-#include "render/av_handles.h"
-#include "render/image.h"
-#include "sim/rational.h"
+#include "render/film/av_handles.h"
+#include "render/picture/image.h"
+#include "sim/base/rational.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,22 +11,22 @@ tools=$(dirname "$0")
 mkdir -p "$out"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-awk -f "$tools/function_lines.awk" "$tools"/../../sim/*.cpp "$tools"/../../sim/*.h >"$work/functions"
+awk -f "$tools/function_lines.awk" "$tools"/../../sim/*/*.cpp "$tools"/../../sim/*/*.h >"$work/functions"
 
 # most instructions a step (60: some calls and their tests; stages that find nothing to do: their empty loops) | part |
 # scene without it, and what is set in it | regular expression: FILE:LINE and SIGNATURE of its functions
 parts='60|friction|bouncing_ball|friction|stop_slip|can_stick|sliding_sum
 60|friction, in batches|tower lattice.box.count=[9,9,1] lattice.box.spacing=[2,2,2] body.floor.friction=0 lattice.box.body.friction=0|solve_friction|add_friction|friction_wrench
 60|restitution|tower|restitution_in_pass
-60|joints|sliding_block|sim/joint\.
+60|joints|sliding_block|sim/solve/joint\.
 60|shock propagation|tower|shock_propagation
 60|search for impacts|tower|(is_impact|stop_at_impact|plan_until_impact| time_of_impact)\(
-60|hulls, cylinders, capsules|tower|sim/(convex|separating_direction|ccd_bridge|polytope)
+60|hulls, cylinders, capsules|tower|sim/(collide/(convex|separating_direction|ccd_bridge)|model/polytope)
 60|compounds|rolling_ball|Compound
 60|gyroscopic term of a ball|rolling_ball|symmetric_rotation
-60|boxes against boxes|bouncing_ball|sim/(box_box|axes_kernel)
-400|contacts, of a lone body|free_rotation|sim/(block_|contact_|prepare_|check_|box_|axes_|narrow_|convex|separating|ccd_)
-400|collisions, of a lone body|free_rotation|sim/collision_solver'
+60|boxes against boxes|bouncing_ball|sim/collide/(box_box|axes_kernel)
+400|contacts, of a lone body|free_rotation|sim/(block|solve/(contact_|rest_)|collide/(box_|axes_|narrow_|convex|separating|ccd_))
+400|collisions, of a lone body|free_rotation|sim/solve/collision_solver'
 
 # FILE:LINE and instructions, of a run of N steps of a scene.
 count() {

@@ -1,7 +1,7 @@
 /// steps SCENE N [KEY=VALUE...]: N steps of a scene on one thread, and nothing else, for counting instructions.
-#include "sim/error.h"
-#include "sim/scene_file.h"
-#include "sim/world.h"
+#include "sim/base/error.h"
+#include "sim/scene/file.h"
+#include "sim/world/world.h"
 
 #include <fmt/format.h>
 

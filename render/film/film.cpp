@@ -1,0 +1,298 @@
+#include "render/film/film.h"
+
+#include "render/picture/body_image.h"
+#include "render/picture/renderer.h"
+#include "sim/base/error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+
+namespace render {
+
+namespace {
+
+// A state of 1000 bodies is 0.1 MB.
+constexpr std::size_t states_ahead = 8;
+
+// Shots between two stages of a picture: one is worked on while another waits.
+constexpr std::size_t shots_ahead = 2;
+
+// Raw pictures: two that wait, one in each of two stages.
+constexpr std::size_t raw_pictures = 4;
+
+// Adds the processor time of this thread while it exists.
+class Stopwatch {
+public:
+    explicit Stopwatch(double& sum_ms) : sum_ms_(sum_ms), start_ms_(now_ms()) {}
+    ~Stopwatch() { sum_ms_ += now_ms() - start_ms_; }
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+
+private:
+    static double now_ms() {
+        timespec t{};
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+        return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+    }
+
+    double& sum_ms_;
+    double start_ms_;
+};
+
+RenderSettings film_settings(const sim::OutputDef& output, bool writes_bodies) {
+    RenderSettings settings = render_settings(output);
+    settings.reads_ids = settings.smooth_edges || writes_bodies;
+    return settings;
+}
+
+// Pictures that may wait for one writer: as many as fit in 64 MB, 1 to 8.
+std::size_t pictures_ahead(const sim::OutputDef& output) {
+    constexpr std::size_t bytes = 64 << 20;
+    const std::size_t picture =
+        static_cast<std::size_t>(output.width) * static_cast<std::size_t>(output.height) * 3;
+    return std::clamp<std::size_t>(bytes / picture, 1, 8);
+}
+
+std::string to_text(const sim::Rational& r) {
+    return r.den == 1 ? fmt::format("{}", r.num) : fmt::format("{}/{}", r.num, r.den);
+}
+
+} // namespace
+
+VideoSettings video_settings(const sim::SceneDef& scene) {
+    std::string comment = fmt::format("tumble {}; scene {}; time step {} s; tolerance {} m; {} frames/s",
+                                      TUMBLE_VERSION, scene.name, to_text(scene.step.time_step),
+                                      scene.step.tolerance, to_text(scene.output.fps));
+    for (const std::string& assignment : scene.overrides) {
+        comment += "; " + assignment;
+    }
+    VideoSettings settings;
+    settings.fps = scene.output.fps;
+    settings.crf = scene.output.crf;
+    settings.preset = scene.output.effort;
+    settings.metadata = {{"title", scene.title.empty() ? scene.name : scene.title}, {"comment", comment}};
+    return settings;
+}
+
+std::string frame_file_name(std::int64_t frame) {
+    return fmt::format("frames/frame_{:06}.png", frame);
+}
+
+Film::Film(const sim::SceneDef& scene, const FilmSettings& settings)
+    : scene_(scene), settings_(settings), note_taker_(scene), overlay_(scene),
+      plan_(std::make_shared<const PicturePlan>(scene, scene.output.width, scene.output.height,
+                                                film_settings(scene.output, settings.write_bodies))),
+      states_(states_ahead), listed_(shots_ahead), drawn_(shots_ahead), blanks_(raw_pictures),
+      for_png_(pictures_ahead(scene.output)), for_video_(pictures_ahead(scene.output)) {}
+
+void Film::start(ThreadGroup& threads) {
+    threads.on_stop([this] {
+        states_.cancel();
+        listed_.cancel();
+        drawn_.cancel();
+        blanks_.cancel();
+        for_png_.cancel();
+        for_video_.cancel();
+    });
+    if (settings_.write_png) {
+        threads.start([this] { write_frames(); });
+    }
+    if (settings_.write_video) {
+        threads.start([this, &threads] { encode_video(threads); });
+    }
+    threads.start([this] { finish_pictures(); });
+    threads.start([this] { draw_shots(); });
+    threads.start([this] { list_shots(); });
+}
+
+bool Film::add(std::int64_t frame, std::shared_ptr<const sim::Snapshot> snapshot) {
+    observe(*snapshot);
+    if (frame < settings_.first_frame) {
+        return true;
+    }
+    return states_.push({frame, std::move(snapshot), note_taker_.notes()});
+}
+
+void Film::observe(const sim::Snapshot& snapshot) {
+    if (note_taker_.is_needed()) {
+        note_taker_.observe(snapshot);
+    }
+}
+
+std::int64_t Film::frames_done() const {
+    if (!settings_.write_png) {
+        return video_frames_done_;
+    }
+    return settings_.write_video ? std::min<std::int64_t>(pngs_done_, video_frames_done_) : pngs_done_.load();
+}
+
+std::vector<sim::WrittenFile> Film::files() const {
+    std::vector<sim::WrittenFile> files = video_files_;
+    files.insert(files.end(), png_files_.begin(), png_files_.end());
+    files.insert(files.end(), body_files_.begin(), body_files_.end());
+    return files;
+}
+
+// The picture in the file of a frame that is there and whole.
+std::shared_ptr<const Image> Film::kept_picture(std::int64_t frame) const {
+    const std::filesystem::path path = settings_.folder / frame_file_name(frame);
+    std::error_code error;
+    if (!settings_.keep_frames || !std::filesystem::is_regular_file(path, error)) {
+        return nullptr;
+    }
+    try {
+        Image image = read_image(path);
+        if (image.width == scene_.output.width && image.height == scene_.output.height) {
+            return std::make_shared<const Image>(std::move(image));
+        }
+    } catch (const sim::Error&) {
+        // A damaged file is drawn again.
+    }
+    return nullptr;
+}
+
+void Film::list_shots() {
+    const sim::OutputDef& output = scene_.output;
+    const double open = output.shutter / output.fps.value();
+    sim::SceneDef colored = scene_; // its bodies' colours may change from frame to frame
+    while (const std::optional<State> state = states_.pop()) {
+        const Stopwatch watch(times_.list);
+        Shot shot{*state};
+        if ((shot.kept = kept_picture(state->frame)) != nullptr) {
+            listed_.push(std::move(shot));
+            continue;
+        }
+        if (overlay_.colors().is_needed()) {
+            const std::vector<sim::Vec3> colors = overlay_.colors().of(*state->snapshot);
+            for (std::size_t i = 0; i < colors.size(); ++i) {
+                colored.bodies[i].look.color = colors[i];
+            }
+        }
+        if (open == 0.0) {
+            shot.list = plan_->list(colored, *state->snapshot);
+            listed_.push(std::move(shot));
+            continue;
+        }
+        shot.left = output.subframes;
+        for (const sim::Snapshot& moment : states_in_shutter(*state->snapshot, open, output.subframes)) {
+            --shot.left;
+            shot.list = plan_->list(colored, moment);
+            listed_.push(shot);
+        }
+    }
+    listed_.close();
+}
+
+void Film::draw_shots() {
+    // The OpenGL context belongs to this thread.
+    std::optional<Renderer> renderer;
+    {
+        const Stopwatch watch(times_.draw);
+        renderer.emplace(plan_);
+        renderer_string_ = renderer->renderer_string();
+    }
+    const int middle = scene_.output.shutter > 0.0 ? scene_.output.subframes / 2 : 0;
+    for (std::size_t i = 0; i < raw_pictures; ++i) {
+        blanks_.push({});
+    }
+    while (std::optional<Shot> shot = listed_.pop()) {
+        if (shot->kept == nullptr) {
+            std::optional<RawPicture> blank = blanks_.pop();
+            if (!blank) {
+                return;
+            }
+            const Stopwatch watch(times_.draw);
+            shot->raw = std::move(*blank);
+            renderer->draw(shot->list, shot->raw);
+            // What lies over a blurred picture lies where the middle one shows it.
+            if (overlay_.needs_depth() && shot->left == middle) {
+                shot->depth = renderer->depth();
+            }
+        }
+        drawn_.push(std::move(*shot));
+    }
+    drawn_.close();
+}
+
+void Film::finish_pictures() {
+    PictureMean mean;
+    DepthPicture depth;
+    while (std::optional<Shot> shot = drawn_.pop()) {
+        if (shot->kept != nullptr) {
+            hand_on({shot->state.frame, shot->kept, true});
+            continue;
+        }
+        Image image;
+        {
+            const Stopwatch watch(times_.edges);
+            image = plan_->picture(shot->raw, shot->list);
+            if (!shot->depth.depth.empty()) {
+                depth = std::move(shot->depth);
+            }
+            if (scene_.output.shutter > 0.0) {
+                mean.add(image);
+                image = shot->left == 0 ? mean.take() : Image();
+            }
+            if (shot->left == 0 && settings_.write_bodies) {
+                const std::string name = frame_file_name(shot->state.frame);
+                for (const std::string& file :
+                     write_body_image(settings_.folder, name, scene_, *shot->state.snapshot,
+                                      body_ids(shot->raw, shot->list))) {
+                    body_files_.push_back(sim::describe_file(settings_.folder, file));
+                }
+            }
+            if (shot->left == 0 && overlay_.is_needed()) {
+                overlay_.draw(image, *shot->state.snapshot, *shot->state.notes, depth);
+            }
+        }
+        blanks_.push(std::move(shot->raw));
+        if (shot->left == 0) {
+            hand_on({shot->state.frame, std::make_shared<const Image>(std::move(image)), false});
+        }
+    }
+    for_png_.close();
+    for_video_.close();
+}
+
+void Film::hand_on(const Picture& picture) {
+    if (settings_.write_png) {
+        for_png_.push(picture);
+    }
+    if (settings_.write_video) {
+        for_video_.push(picture);
+    }
+}
+
+void Film::write_frames() {
+    while (const std::optional<Picture> picture = for_png_.pop()) {
+        const Stopwatch watch(times_.png);
+        const std::string name = frame_file_name(picture->frame);
+        if (!picture->is_kept) {
+            sim::write_file_unsynced(settings_.folder / name, encode_png(*picture->image));
+        }
+        png_files_.push_back(sim::describe_file(settings_.folder, name));
+        ++pngs_done_;
+    }
+    sim::sync_files(settings_.folder);
+}
+
+void Film::encode_video(const ThreadGroup& threads) {
+    const std::string name = scene_.name + ".mp4";
+    VideoWriter video(settings_.folder / name, scene_.output.width, scene_.output.height,
+                      video_settings(scene_));
+    while (const std::optional<Picture> picture = for_video_.pop()) {
+        const Stopwatch watch(times_.video);
+        video.add(*picture->image);
+        ++video_frames_done_;
+    }
+    if (threads.is_stopping()) {
+        return; // the part file goes
+    }
+    const Stopwatch watch(times_.video);
+    video.finish();
+    video_files_.push_back(sim::describe_file(settings_.folder, name));
+}
+
+} // namespace render

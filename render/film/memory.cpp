@@ -1,0 +1,36 @@
+#include "render/film/memory.h"
+
+#include "sim/base/error.h"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <sys/mman.h>
+
+namespace render {
+
+namespace {
+
+// Measured: 300 MB for small pictures, most of it OpenGL's compiler and stacks of threads; 60 bytes a pixel
+// beyond.
+constexpr std::size_t least_bytes = 350u << 20;
+constexpr std::size_t bytes_a_pixel = 80;
+
+} // namespace
+
+void require_memory(int width, int height) {
+    const std::size_t bytes =
+        least_bytes + bytes_a_pixel * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    // Asks for the addresses only: no memory is taken.
+    void* room = ::mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (room == MAP_FAILED) {
+        throw sim::Error(
+            sim::ExitCode::stopped,
+            fmt::format(
+                "out of memory: pictures of {}x{} pixels need {} MB more than the limit (ulimit -v) leaves",
+                width, height, bytes >> 20));
+    }
+    ::munmap(room, bytes);
+}
+
+} // namespace render

@@ -1,0 +1,162 @@
+#include "render/film/stills.h"
+
+#include "render/picture/image.h"
+#include "sim/base/error.h"
+
+#include <stb_image_resize.h>
+#include <webp/encode.h>
+#include <webp/mux.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <span>
+
+namespace render {
+
+namespace {
+
+using sim::Error;
+using sim::ExitCode;
+
+/// Width of a sheet, and the gap between its frames [px].
+constexpr int sheet_width = 1920;
+constexpr int sheet_gap = 8;
+constexpr std::uint8_t sheet_gray = 20;
+/// Width of the animation at most [px], its pictures a second, and libwebp's quality 0..100: 6 s have about 1
+/// MB.
+constexpr int animation_width = 480;
+constexpr double animation_rate = 15.0;
+constexpr float animation_quality = 60.0f;
+
+/// The picture, `width` wide at most; light is averaged, not display values.
+Image reduced_to_width(Image image, int width) {
+    if (image.width <= width) {
+        return image;
+    }
+    const double scale = static_cast<double>(width) / image.width;
+    Image small(width, std::max(1, static_cast<int>(std::lround(image.height * scale))));
+    CHECK(stbir_resize_uint8_srgb(image.rgb.data(), image.width, image.height, 0, small.rgb.data(),
+                                  small.width, small.height, 0, 3, STBIR_ALPHA_CHANNEL_NONE, 0) == 1);
+    return small;
+}
+
+/// Frames side by side, row by row.
+Image make_sheet(std::span<const Image> tiles, int columns) {
+    const int rows = (static_cast<int>(tiles.size()) + columns - 1) / columns;
+    const int width = tiles.front().width;
+    const int height = tiles.front().height;
+    Image sheet(columns * (width + sheet_gap) + sheet_gap, rows * (height + sheet_gap) + sheet_gap);
+    std::ranges::fill(sheet.rgb, sheet_gray);
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+        const int x = sheet_gap + static_cast<int>(i) % columns * (width + sheet_gap);
+        const int y = sheet_gap + static_cast<int>(i) / columns * (height + sheet_gap);
+        for (int row = 0; row < height; ++row) {
+            std::copy_n(tiles[i].rgb.begin() + static_cast<std::ptrdiff_t>(3) * row * width, 3 * width,
+                        sheet.rgb.begin() + static_cast<std::ptrdiff_t>(3) * ((y + row) * sheet.width + x));
+        }
+    }
+    return sheet;
+}
+
+struct EncoderDeleter {
+    void operator()(WebPAnimEncoder* encoder) const noexcept { WebPAnimEncoderDelete(encoder); }
+};
+struct PictureDeleter {
+    void operator()(WebPPicture* picture) const noexcept { WebPPictureFree(picture); }
+};
+
+[[noreturn]] void fail(const std::string& reason) {
+    throw Error(ExitCode::io, "cannot encode the animation: " + reason);
+}
+
+/// Pictures of one size -> the bytes of an animated WebP.
+class Animation {
+public:
+    void add(const Image& image, int start_ms) {
+        if (encoder_ == nullptr) {
+            WebPAnimEncoderOptions options{};
+            CHECK(WebPAnimEncoderOptionsInit(&options) != 0 && WebPConfigInit(&config_) != 0);
+            config_.quality = animation_quality;
+            encoder_.reset(WebPAnimEncoderNew(image.width, image.height, &options));
+        }
+        WebPPicture picture{};
+        CHECK(WebPPictureInit(&picture) != 0);
+        picture.width = image.width;
+        picture.height = image.height;
+        picture.use_argb = 1;
+        const std::unique_ptr<WebPPicture, PictureDeleter> owner(&picture);
+        if (encoder_ == nullptr || WebPPictureImportRGB(&picture, image.rgb.data(), 3 * image.width) == 0) {
+            fail("out of memory");
+        }
+        check(WebPAnimEncoderAdd(encoder_.get(), &picture, start_ms, &config_));
+    }
+
+    std::vector<std::uint8_t> finish(int end_ms) {
+        WebPData data{};
+        check(WebPAnimEncoderAdd(encoder_.get(), nullptr, end_ms, nullptr));
+        check(WebPAnimEncoderAssemble(encoder_.get(), &data));
+        std::vector<std::uint8_t> bytes(data.bytes, data.bytes + data.size);
+        WebPDataClear(&data);
+        return bytes;
+    }
+
+private:
+    void check(int is_good) const {
+        if (is_good == 0) {
+            fail(WebPAnimEncoderGetError(encoder_.get()));
+        }
+    }
+
+    std::unique_ptr<WebPAnimEncoder, EncoderDeleter> encoder_;
+    WebPConfig config_{};
+};
+
+} // namespace
+
+std::array<std::string, 3> stills_names(const sim::SceneDef& scene) {
+    return {scene.name + "_poster.png", scene.name + "_sheet.png", scene.name + ".webp"};
+}
+
+std::vector<sim::WrittenFile>
+make_stills(const sim::SceneDef& scene, const StillsSettings& settings,
+            const std::function<std::filesystem::path(std::int64_t)>& frame_path,
+            const std::filesystem::path& folder) {
+    const std::array<std::string, 3> names = stills_names(scene);
+    std::vector<sim::WrittenFile> files;
+    const auto write = [&](const std::string& name, std::span<const std::uint8_t> bytes) {
+        sim::write_file(folder / name, bytes);
+        files.push_back(sim::describe_file(folder, name));
+    };
+    const double fps = scene.output.fps.value();
+    const std::int64_t count = sim::frame_count(scene.output.duration, scene.output.fps);
+    const auto last = static_cast<double>(count - 1);
+    if (settings.poster_time) {
+        write(names[0],
+              encode_png(read_image(frame_path(std::llround(std::min(*settings.poster_time * fps, last))))));
+    }
+    if (settings.sheet_count > 0) {
+        const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(settings.sheet_count))));
+        const int width = std::max(1, (sheet_width - (columns + 1) * sheet_gap) / columns);
+        std::vector<Image> tiles;
+        for (int i = 0; i < settings.sheet_count; ++i) {
+            const double share = settings.sheet_count == 1 ? 0.5 : i / (settings.sheet_count - 1.0);
+            tiles.push_back(reduced_to_width(read_image(frame_path(std::llround(share * last))), width));
+        }
+        write(names[1], encode_png(make_sheet(tiles, columns)));
+    }
+    if (settings.has_animation) {
+        const auto ms_of = [&](std::int64_t frame) {
+            return static_cast<int>(std::llround(1e3 * static_cast<double>(frame) / fps));
+        };
+        Animation animation;
+        const std::int64_t step = std::max<std::int64_t>(1, std::llround(fps / animation_rate));
+        for (std::int64_t frame = 0; frame < count; frame += step) {
+            animation.add(reduced_to_width(read_image(frame_path(frame)), animation_width), ms_of(frame));
+        }
+        write(names[2], animation.finish(ms_of(count)));
+    }
+    return files;
+}
+
+} // namespace render

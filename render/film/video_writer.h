@@ -1,0 +1,52 @@
+#pragma once
+/// Pictures in memory -> MP4 file, in the process (sole user of libav for writing).
+///
+/// H.264 4:2:0 by x264, constant frame rate, index at the front (fast start). RGB is converted by BT.709 to
+/// the limited range with chroma sited left, and the stream is tagged so. The same pictures and settings give
+/// the same bytes on every x86-64 processor and for any number of cores, with the same versions of libav and
+/// x264.
+///
+/// 4:2:0 has one chroma sample for 2 x 2 pixels and H.264 can crop only by these, so an odd width or height
+/// is made even by repeating the last column or row: a film of 641 x 361 pictures is 642 x 362.
+#include "render/picture/image.h"
+#include "sim/base/rational.h"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace render {
+
+struct VideoSettings {
+    sim::Rational fps{60, 1};      ///< [1/s] > 0, numerator and denominator below 2^31
+    int crf = 18;                  ///< x264's rate factor [-] 0 (lossless) .. 51; 18 looks like the source
+    std::string preset = "medium"; ///< x264's preset: effort against file size
+    /// Key and text, written into the file in this order ("title", "comment", ...).
+    std::vector<std::pair<std::string, std::string>> metadata{};
+};
+
+class VideoWriter {
+public:
+    /// Opens path + ".part". width, height [px] >= 1: size of every picture.
+    /// Throws Error: io if the file cannot be written, usage if the encoder refuses size or settings.
+    VideoWriter(const std::filesystem::path& path, int width, int height, const VideoSettings& settings);
+    /// Without finish() the part file is removed.
+    ~VideoWriter();
+    VideoWriter(VideoWriter&&) noexcept;
+    VideoWriter& operator=(VideoWriter&&) noexcept;
+
+    /// Appends one frame. The picture has the size given at the start: CHECK. Throws Error (io).
+    void add(const Image& image);
+
+    /// Writes what the encoder still holds and the index, and gives the file its name. At least one frame has
+    /// been added: CHECK. Throws Error (io).
+    void finish();
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace render

@@ -1,0 +1,101 @@
+#include "render/overlay/text.h"
+
+#include "render/font_data.h"
+#include "sim/base/error.h"
+
+#include <stb_truetype.h>
+
+#include <cmath>
+
+namespace render {
+
+struct Font::Face {
+    stbtt_fontinfo info{};
+};
+
+namespace {
+
+/// The next code point of UTF-8; what is no UTF-8 counts byte by byte.
+int next_letter(std::string_view& text) {
+    const auto byte = [&](std::size_t i) {
+        return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
+    };
+    const unsigned first = byte(0);
+    const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : first >= 0xC0 ? 2 : 1;
+    unsigned code = length == 1 ? first : first & (0xFFu >> (length + 1));
+    for (std::size_t i = 1; i < length; ++i) {
+        if ((byte(i) & 0xC0u) != 0x80u) {
+            text.remove_prefix(1);
+            return '?';
+        }
+        code = (code << 6) | (byte(i) & 0x3Fu);
+    }
+    text.remove_prefix(length);
+    return static_cast<int>(code);
+}
+
+/// Calls visit(letter index, offset in font units) along the line; returns the whole advance.
+template <class Visit>
+int walk(const stbtt_fontinfo& info, std::string_view text, const Visit& visit) {
+    int offset = 0;
+    int last = 0;
+    while (!text.empty()) {
+        const int index = stbtt_FindGlyphIndex(&info, next_letter(text));
+        offset += stbtt_GetGlyphKernAdvance(&info, last, index);
+        visit(index, offset);
+        int advance = 0;
+        stbtt_GetGlyphHMetrics(&info, index, &advance, nullptr);
+        offset += advance;
+        last = index;
+    }
+    return offset;
+}
+
+} // namespace
+
+Font::Font() : face_(std::make_unique<Face>()) {
+    CHECK(stbtt_InitFont(&face_->info, font_data, 0) != 0);
+}
+
+Font::~Font() = default;
+
+float Font::width(std::string_view text, float size) const {
+    return stbtt_ScaleForMappingEmToPixels(&face_->info, size) *
+           static_cast<float>(walk(face_->info, text, [](int, int) {}));
+}
+
+const Font::Glyph& Font::glyph(int letter, float scale, int quarter) {
+    const auto [place, is_new] = glyphs_.try_emplace({letter, scale, quarter});
+    Glyph& glyph = place->second;
+    if (is_new) {
+        const float shift = 0.25f * static_cast<float>(quarter);
+        int x1 = 0;
+        int y1 = 0;
+        stbtt_GetGlyphBitmapBoxSubpixel(&face_->info, letter, scale, scale, shift, 0.0f, &glyph.x, &glyph.y,
+                                        &x1, &y1);
+        glyph.width = x1 - glyph.x;
+        glyph.height = y1 - glyph.y;
+        glyph.coverage.resize(static_cast<std::size_t>(glyph.width) * static_cast<std::size_t>(glyph.height));
+        if (!glyph.coverage.empty()) {
+            stbtt_MakeGlyphBitmapSubpixel(&face_->info, glyph.coverage.data(), glyph.width, glyph.height,
+                                          glyph.width, scale, scale, shift, 0.0f, letter);
+        }
+    }
+    return glyph;
+}
+
+void Font::draw(Canvas& canvas, const glm::vec2& at, float size, std::string_view text, const Paint& paint,
+                TextAlign align) {
+    const float scale = stbtt_ScaleForMappingEmToPixels(&face_->info, size);
+    const float share = align == TextAlign::left ? 0.0f : align == TextAlign::center ? 0.5f : 1.0f;
+    const float start = at.x - (align == TextAlign::left ? 0.0f : share * width(text, size));
+    const int baseline = static_cast<int>(std::round(at.y));
+    walk(face_->info, text, [&](int letter, int offset) {
+        const float quarters = std::round(4.0f * (start + scale * static_cast<float>(offset)));
+        const int pen = static_cast<int>(std::floor(quarters / 4.0f));
+        const Glyph& shape = glyph(letter, scale, static_cast<int>(quarters) - 4 * pen);
+        canvas.mask(pen + shape.x, baseline + shape.y, shape.width, shape.height, shape.coverage, paint);
+    });
+}
+
+} // namespace render

@@ -1,0 +1,47 @@
+#pragma once
+/// Text in a picture: Roboto Medium, compiled into the program (sole user of stb_truetype).
+#include "render/overlay/canvas.h"
+
+#include <map>
+#include <memory>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+namespace render {
+
+/// Where the given point lies on a line of text.
+enum class TextAlign { left, center, right };
+
+class Font {
+public:
+    Font();
+    ~Font();
+    Font(const Font&) = delete;
+    Font& operator=(const Font&) = delete;
+
+    /// Width of one line of UTF-8 [px]; size: of an em [px]. Letters the font lacks are shown as a box.
+    float width(std::string_view text, float size) const;
+    /// Height of a digit [px].
+    static float digit_height(float size) { return 0.711f * size; }
+    /// Draws one line with its baseline at `at`.
+    void draw(Canvas& canvas, const glm::vec2& at, float size, std::string_view text, const Paint& paint,
+              TextAlign align = TextAlign::left);
+
+private:
+    struct Face;
+    /// Coverage of one letter; its first pixel lies at (x, y) from the pen's pixel.
+    struct Glyph {
+        int x = 0;
+        int y = 0;
+        int width = 0;
+        int height = 0;
+        std::vector<std::uint8_t> coverage;
+    };
+    const Glyph& glyph(int letter, float scale, int quarter);
+
+    std::unique_ptr<Face> face_;
+    std::map<std::tuple<int, float, int>, Glyph> glyphs_; // by letter, scale, quarter of a pixel
+};
+
+} // namespace render

@@ -1,0 +1,36 @@
+#include "render/picture/body_image.h"
+
+#include "render/picture/image.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+
+#include <nlohmann/json.hpp>
+
+namespace render {
+
+std::vector<std::string> write_body_image(const std::filesystem::path& folder, const std::string& frame,
+                                          const sim::SceneDef& scene, const sim::Snapshot& snapshot,
+                                          const std::vector<std::uint32_t>& ids) {
+    Image image(scene.output.width, scene.output.height);
+    CHECK(ids.size() * 3 == image.rgb.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            image.rgb[3 * i + c] = static_cast<std::uint8_t>(ids[i] >> (8 * c));
+        }
+    }
+    nlohmann::ordered_json names = nlohmann::ordered_json::array();
+    nlohmann::ordered_json positions = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const sim::Vec3& x = snapshot.bodies[i].position;
+        names.push_back(scene.bodies[i].name);
+        positions.push_back({x.x(), x.y(), x.z()});
+    }
+    const nlohmann::ordered_json json = {{"names", names}, {"positions", positions}};
+    const std::string stem = std::filesystem::path(frame).replace_extension().string() + ".bodies";
+    sim::write_file(folder / (stem + ".png"), encode_png(image));
+    sim::write_file(folder / (stem + ".json"),
+                    json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    return {stem + ".png", stem + ".json"};
+}
+
+} // namespace render

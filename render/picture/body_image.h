@@ -1,0 +1,22 @@
+#pragma once
+/// Beside a frame, on request: which body each of its pixels shows, so that a comparison can name bodies.
+///
+/// frame_000000.bodies.png: a pixel's number is R + 256 G + 65536 B, the index of the body plus 1; 0: none.
+/// frame_000000.bodies.json: {"names": [...], "positions": [[x, y, z], ...]} of all bodies, centres of mass [m].
+#include "sim/model/scene_def.h"
+#include "sim/model/snapshot.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace render {
+
+/// frame: the picture's file name, relative to the folder. ids: of the picture, see Renderer::body_ids().
+/// Returns the names of the two files. Throws Error (io).
+std::vector<std::string> write_body_image(const std::filesystem::path& folder, const std::string& frame,
+                                          const sim::SceneDef& scene, const sim::Snapshot& snapshot,
+                                          const std::vector<std::uint32_t>& ids);
+
+} // namespace render

@@ -1,0 +1,416 @@
+#include "render/picture/edges.h"
+
+#include "render/scene/float4.h"
+#include "render/scene/mesh.h"
+#include "sim/base/error.h"
+
+#include <glm/gtc/matrix_access.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace render {
+
+namespace {
+
+constexpr int sample_count = 8;
+/// Places of the samples about the pixel's centre [px]: one in each row and column of 8 x 8.
+constexpr std::array<Float4, 2> sample_x{Float4{0.0625f, -0.0625f, 0.3125f, -0.1875f},
+                                         Float4{-0.3125f, -0.4375f, 0.1875f, 0.4375f}};
+constexpr std::array<Float4, 2> sample_y{Float4{-0.1875f, 0.1875f, 0.0625f, -0.3125f},
+                                         Float4{0.3125f, -0.0625f, 0.4375f, -0.4375f}};
+
+
+/// A flat part in the picture. At window position p = (x, y, 1) the dot products of p with the three vectors
+/// are 1 / w, u / w and v / w: w is the distance along the view, and u, v in -1..1 are inside the face.
+struct FlatPart {
+    glm::vec3 inverse_w;
+    glm::vec3 u;
+    glm::vec3 v;
+    bool is_bounded;
+};
+
+/// A face of a hull, or a body of revolution; rays are followed in its frame, divided by its scale.
+struct RoundPart {
+    glm::vec3 origin;          ///< of all rays
+    glm::mat3 ray_from_window; ///< direction of the ray through (x, y, 1), such that w is the ray's parameter
+    const LatheBand* first;    ///< bands of this group; none for a sphere
+    const LatheBand* last;
+    const HullFace* face; ///< null: a body of revolution
+};
+
+/// What a part number stands for.
+struct PartRef {
+    enum class Kind { sky, flat, round } kind = Kind::sky;
+    std::uint32_t index = 0;
+};
+
+/// The largest 1 / w at which each sample's ray has met a part, and which one.
+struct Samples {
+    std::array<Float4, 2> inverse_w{};
+    std::array<Int4, 2> winner{};
+
+    /// Takes part k where `is_hit` holds and it lies before all parts so far.
+    void meet(std::size_t half, Int4 is_hit, Float4 at_inverse_w, int k) {
+        const Int4 is_first = is_hit & (at_inverse_w > inverse_w[half]);
+        inverse_w[half] = chosen(is_first, at_inverse_w, inverse_w[half]);
+        winner[half] = chosen(is_first, all(k), winner[half]);
+    }
+};
+
+/// Window homogeneous coordinates (x w, y w, w) of a direction from the eye.
+glm::mat3 window_from_direction(const CameraBlock& camera, int width, int height) {
+    const glm::vec3 x(glm::row(camera.clip_from_world, 0));
+    const glm::vec3 y(glm::row(camera.clip_from_world, 1));
+    const glm::vec3 w(glm::row(camera.clip_from_world, 3));
+    return glm::transpose(glm::mat3(0.5f * static_cast<float>(width) * (x + w),
+                                    0.5f * static_cast<float>(height) * (y + w), w));
+}
+
+/// All parts of a picture by number.
+class PartTable {
+public:
+    PartTable(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list)
+        : window_(window_from_direction(list.camera, raw.width, raw.height)), eye_(list.camera.eye) {
+        refs_.push_back({});
+        for (const Face& face : list.faces) {
+            add_flat(face.center, face.half_u, face.half_v, true);
+        }
+        for (const std::vector<glm::vec2>& profile : geometry.profiles) {
+            bands_.push_back(make_lathe_bands(profile));
+        }
+        hulls_ = &geometry.hulls;
+        rod_bands_ = make_lathe_bands(rod_profile());
+        for (const RoundBatch& batch : list.round_batches) {
+            for (int i = 0; i < batch.count; ++i) {
+                add_round(list.rounds[static_cast<std::size_t>(batch.first + i)], batch.mesh);
+            }
+        }
+        for (const Floor& floor : list.floors) {
+            add_flat(floor.frame.origin, floor.frame.tangent, floor.frame.across(), false);
+        }
+    }
+
+    std::size_t size() const { return refs_.size(); }
+
+    /// Marks with k the samples of the pixel at (x, y) whose ray meets part `id` before anything else so far.
+    void follow(std::uint32_t id, int k, const glm::vec2& pixel, Samples& samples) const {
+        const PartRef ref = refs_[id];
+        switch (ref.kind) {
+        case PartRef::Kind::sky:
+            for (std::size_t half = 0; half < 2; ++half) {
+                samples.winner[half] =
+                    chosen(samples.inverse_w[half] <= all(0.0f), all(k), samples.winner[half]);
+            }
+            break;
+        case PartRef::Kind::flat:
+            follow_flat(flats_[ref.index], k, pixel, samples);
+            break;
+        case PartRef::Kind::round:
+            follow_round(rounds_[ref.index], k, pixel, samples);
+            break;
+        }
+    }
+
+private:
+    void add_flat(const glm::vec3& center, const glm::vec3& half_u, const glm::vec3& half_v,
+                  bool is_bounded) {
+        // w p = C + u U + v V in window coordinates, so (1, u, v) / w = [C U V]^-1 p.
+        const glm::mat3 inverse =
+            glm::inverse(glm::mat3(window_ * (center - eye_), window_ * half_u, window_ * half_v));
+        refs_.push_back({PartRef::Kind::flat, static_cast<std::uint32_t>(flats_.size())});
+        flats_.push_back({glm::row(inverse, 0), glm::row(inverse, 1), glm::row(inverse, 2), is_bounded});
+    }
+
+    void add_round(const Instance& instance, int mesh) {
+        CHECK(instance.id == refs_.size());
+        RoundPart part{};
+        part.origin = turned_back(instance.orientation, eye_ - instance.position) / instance.scale;
+        const glm::mat3 direction_from_window = glm::inverse(window_);
+        for (int i = 0; i < 3; ++i) {
+            part.ray_from_window[i] =
+                turned_back(instance.orientation, direction_from_window[i]) / instance.scale;
+        }
+        const auto add = [&](const LatheBand* first, const LatheBand* last) {
+            part.first = first;
+            part.last = last;
+            refs_.push_back({PartRef::Kind::round, static_cast<std::uint32_t>(rounds_.size())});
+            rounds_.push_back(part);
+        };
+        if (mesh < mesh_id::sphere_first + mesh_id::sphere_count) {
+            add(nullptr, nullptr);
+            return;
+        }
+        const auto own = static_cast<std::size_t>(mesh - mesh_id::lathe_first);
+        if (mesh >= mesh_id::lathe_first && own >= bands_.size()) {
+            for (const HullFace& face : (*hulls_)[own - bands_.size()]) {
+                part.face = &face;
+                add(nullptr, nullptr);
+            }
+            return;
+        }
+        const std::vector<LatheBand>& bands =
+            mesh == mesh_id::rod ? rod_bands_ : bands_[static_cast<std::size_t>(mesh - mesh_id::lathe_first)];
+        const LatheBand* end = bands.data() + bands.size();
+        for (const LatheBand* first = bands.data(); first != end;) {
+            const LatheBand* last =
+                std::find_if(first, end, [&](const LatheBand& b) { return b.group != first->group; });
+            add(first, last);
+            first = last;
+        }
+    }
+
+    static void follow_flat(const FlatPart& part, int k, const glm::vec2& pixel, Samples& samples) {
+        const auto at_center = [&](const glm::vec3& f) { return f.x * pixel.x + f.y * pixel.y + f.z; };
+        const auto at_samples = [](const glm::vec3& f, float center, std::size_t half) {
+            return all(center) + all(f.x) * sample_x[half] + all(f.y) * sample_y[half];
+        };
+        const float w0 = at_center(part.inverse_w);
+        const float u0 = at_center(part.u);
+        const float v0 = at_center(part.v);
+        for (std::size_t half = 0; half < 2; ++half) {
+            const Float4 inverse_w = at_samples(part.inverse_w, w0, half);
+            Int4 is_hit = all(-1);
+            if (part.is_bounded) {
+                const Float4 u = at_samples(part.u, u0, half);
+                const Float4 v = at_samples(part.v, v0, half);
+                is_hit = (u <= inverse_w) & (-u <= inverse_w) & (v <= inverse_w) & (-v <= inverse_w);
+            }
+            samples.meet(half, is_hit, inverse_w, k);
+        }
+    }
+
+    static void follow_round(const RoundPart& part, int k, const glm::vec2& pixel, Samples& samples) {
+        for (std::size_t half = 0; half < 2; ++half) {
+            Float4 inverse_w{};
+            for (int s = 0; s < 4; ++s) {
+                const glm::vec3 ray = part.ray_from_window[0] * (pixel.x + sample_x[half][s]) +
+                                      part.ray_from_window[1] * (pixel.y + sample_y[half][s]) +
+                                      part.ray_from_window[2];
+                float w = std::numeric_limits<float>::infinity();
+                if (part.face != nullptr) {
+                    w = meet_face(*part.face, part.origin, ray);
+                } else if (part.first == nullptr) {
+                    w = meet_sphere(part.origin, ray);
+                }
+                for (const LatheBand* band = part.first; band != part.last; ++band) {
+                    w = std::min(w, meet_band(*band, part.origin, ray));
+                }
+                inverse_w[s] = 1.0f / w;
+            }
+            samples.meet(half, all(-1), inverse_w, k);
+        }
+    }
+
+    /// Parameter > 0 at which the ray enters the unit sphere; infinity if it does not.
+    static float meet_sphere(const glm::vec3& origin, const glm::vec3& ray) {
+        const float a = glm::dot(ray, ray);
+        const float b = glm::dot(origin, ray);
+        const float d = b * b - a * (glm::dot(origin, origin) - 1.0f);
+        const float t = d < 0.0f ? -1.0f : (-b - std::sqrt(d)) / a;
+        return t > 0.0f ? t : std::numeric_limits<float>::infinity();
+    }
+
+    /// The same for a face of a hull.
+    static float meet_face(const HullFace& face, const glm::vec3& origin, const glm::vec3& ray) {
+        constexpr float none = std::numeric_limits<float>::infinity();
+        const float t = glm::dot(face.normal, face.corners[0] - origin) / glm::dot(face.normal, ray);
+        if (!(t > 0.0f)) {
+            return none;
+        }
+        const glm::vec3 p = origin + t * ray;
+        glm::vec3 from = face.corners.back();
+        for (const glm::vec3& to : face.corners) {
+            if (glm::dot(glm::cross(to - from, p - from), face.normal) < 0.0f) {
+                return none;
+            }
+            from = to;
+        }
+        return t;
+    }
+
+    /// The same for a cone's band, from outside or inside, or a flat ring.
+    static float meet_band(const LatheBand& band, const glm::vec3& o, const glm::vec3& ray) {
+        constexpr float none = std::numeric_limits<float>::infinity();
+        const float height = band.upper.y - band.lower.y;
+        if (height == 0.0f) {
+            const float t = (band.lower.y - o.z) / ray.z;
+            const glm::vec2 p = glm::vec2(o) + t * glm::vec2(ray);
+            const float radius = glm::length(p);
+            const auto [inner, outer] = std::minmax(band.lower.x, band.upper.x);
+            return t > 0.0f && radius >= inner && radius <= outer ? t : none;
+        }
+        // x^2 + y^2 = (q + k z)^2 along the ray.
+        const float slope = (band.upper.x - band.lower.x) / height;
+        const float radius = band.lower.x + slope * (o.z - band.lower.y);
+        const float a = ray.x * ray.x + ray.y * ray.y - slope * slope * ray.z * ray.z;
+        const float b = o.x * ray.x + o.y * ray.y - slope * ray.z * radius;
+        const float c = o.x * o.x + o.y * o.y - radius * radius;
+        const float d = b * b - a * c;
+        if (d < 0.0f || a == 0.0f) {
+            return none;
+        }
+        const auto [z0, z1] = std::minmax(band.lower.y, band.upper.y);
+        float nearest = none;
+        for (const float root : {-std::sqrt(d), std::sqrt(d)}) {
+            const float t = (-b + root) / a;
+            const float z = o.z + t * ray.z;
+            if (t > 0.0f && t < nearest && z >= z0 && z <= z1) {
+                nearest = t;
+            }
+        }
+        return nearest;
+    }
+
+    glm::mat3 window_;
+    glm::vec3 eye_;
+    std::vector<PartRef> refs_;
+    std::vector<FlatPart> flats_;
+    std::vector<RoundPart> rounds_;
+    std::vector<std::vector<LatheBand>> bands_;
+    std::vector<LatheBand> rod_bands_;
+    const std::vector<std::vector<HullFace>>* hulls_ = nullptr;
+};
+
+/// The parts of 3 x 3 pixels and the colours they have there.
+struct Candidates {
+    int count = 0;
+    std::array<std::uint32_t, 9> id;
+    std::array<std::array<int, 3>, 9> color; ///< sum over the pixels
+    std::array<int, 9> pixels;
+};
+
+/// Colours and part numbers of one row and its neighbours; the picture's border repeats.
+struct RowWindow {
+    std::array<const std::uint32_t*, 3> ids;
+    std::array<const std::uint8_t*, 3> rgba;
+    int width;
+};
+
+Candidates collect(const RowWindow& rows, int x) {
+    Candidates found;
+    const auto add = [&](int row, int column) {
+        const std::uint32_t id = rows.ids[row][column];
+        const std::uint8_t* color = rows.rgba[row] + 4 * static_cast<std::size_t>(column);
+        for (int k = 0; k < found.count; ++k) {
+            if (found.id[k] == id) {
+                // The part at the pixel's own centre keeps the colour it has there.
+                if (k > 0) {
+                    for (int c = 0; c < 3; ++c) {
+                        found.color[k][c] += color[c];
+                    }
+                    ++found.pixels[k];
+                }
+                return;
+            }
+        }
+        const int k = found.count++;
+        found.id[k] = id;
+        found.color[k] = {color[0], color[1], color[2]};
+        found.pixels[k] = 1;
+    };
+    const int left = std::max(x - 1, 0);
+    const int right = std::min(x + 1, rows.width - 1);
+    add(1, x);
+    add(1, left);
+    add(1, right);
+    for (const int row : {0, 2}) {
+        add(row, x);
+        add(row, left);
+        add(row, right);
+    }
+    return found;
+}
+
+/// Mean of the eight samples of the pixel whose centre is at `pixel`.
+void smooth_pixel(const PartTable& parts, const Candidates& found, const glm::vec2& pixel, std::uint8_t* to) {
+    Samples samples;
+    for (int k = 0; k < found.count; ++k) {
+        parts.follow(found.id[k], k, pixel, samples);
+    }
+    std::array<int, 9> hits{};
+    for (const Int4& winner : samples.winner) {
+        for (int s = 0; s < 4; ++s) {
+            ++hits[static_cast<std::size_t>(winner[s])];
+        }
+    }
+    std::array<float, 3> sum{};
+    for (int k = 0; k < found.count; ++k) {
+        const float share = static_cast<float>(hits[k]) / static_cast<float>(found.pixels[k] * sample_count);
+        for (int c = 0; c < 3; ++c) {
+            sum[c] += share * static_cast<float>(found.color[k][c]);
+        }
+    }
+    for (int c = 0; c < 3; ++c) {
+        to[c] = static_cast<std::uint8_t>(sum[c] + 0.5f);
+    }
+}
+
+} // namespace
+
+Image flipped(const RawPicture& raw) {
+    Image image(raw.width, raw.height);
+    for (int y = 0; y < raw.height; ++y) {
+        const std::uint8_t* from =
+            raw.rgba.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 4;
+        std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(y) * raw.width * 3;
+        // Four bytes at a time: the fourth is overwritten by the next pixel.
+        for (int x = 0; x + 1 < raw.width; ++x) {
+            std::memcpy(to + 3 * x, from + 4 * x, 4);
+        }
+        std::memcpy(to + 3 * (raw.width - 1), from + 4 * (raw.width - 1), 3);
+    }
+    return image;
+}
+
+Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list) {
+    const PartTable parts(raw, geometry, list);
+    Image image = flipped(raw);
+    // Whether a pixel's part differs from those above or below (one element more at both ends), and from the
+    // one to the right; whether any of 3 x 3 does.
+    std::vector<std::uint8_t> differs_across(static_cast<std::size_t>(raw.width) + 2);
+    std::vector<std::uint8_t> is_edge(static_cast<std::size_t>(raw.width));
+    std::vector<std::uint8_t> differs_along(static_cast<std::size_t>(raw.width) + 1);
+    for (int y = 0; y < raw.height; ++y) {
+        RowWindow rows{{}, {}, raw.width};
+        for (int k = 0; k < 3; ++k) {
+            const auto row = static_cast<std::size_t>(std::clamp(y + k - 1, 0, raw.height - 1)) * raw.width;
+            rows.ids[k] = raw.ids.data() + row;
+            rows.rgba[k] = raw.rgba.data() + 4 * row;
+        }
+        const std::uint32_t* below = rows.ids[0];
+        const std::uint32_t* here = rows.ids[1];
+        const std::uint32_t* above = rows.ids[2];
+        for (int x = 0; x < raw.width; ++x) {
+            differs_across[x + 1] = (here[x] != below[x]) | (here[x] != above[x]);
+        }
+        // Element x + 1 tells of the pixels x and x + 1.
+        for (int x = 0; x + 1 < raw.width; ++x) {
+            differs_along[x + 1] = here[x] != here[x + 1];
+        }
+        differs_along[raw.width] = 0;
+        std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 3;
+        for (int x = 0; x < raw.width; ++x) {
+            is_edge[x] = differs_across[x] | differs_across[x + 1] | differs_across[x + 2] |
+                         differs_along[x] | differs_along[x + 1];
+        }
+        // Most pixels are none: memchr finds the next that is.
+        const std::uint8_t* end = is_edge.data() + raw.width;
+        for (const std::uint8_t* at = is_edge.data();
+             (at = static_cast<const std::uint8_t*>(
+                  std::memchr(at, 1, static_cast<std::size_t>(end - at)))) != nullptr;
+             ++at) {
+            const auto x = static_cast<int>(at - is_edge.data());
+            const Candidates found = collect(rows, x);
+            smooth_pixel(parts, found, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f},
+                         to + 3 * x);
+        }
+    }
+    return image;
+}
+
+} // namespace render

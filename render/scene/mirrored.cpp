@@ -1,0 +1,55 @@
+#include "render/scene/mirrored.h"
+
+#include <algorithm>
+
+namespace render {
+
+namespace {
+
+/// Least roughness that mirrors nothing sharply [-].
+constexpr float polished_roughness = 0.4f;
+
+bool is_sphere(const Part& part) {
+    return part.mesh < mesh_id::sphere_first + mesh_id::sphere_count;
+}
+
+} // namespace
+
+bool is_polished(const Part& part) {
+    return part.instance.metallic > 0.5f && part.instance.roughness < polished_roughness;
+}
+
+Mirrored find_mirrored(const Parts& parts) {
+    Mirrored found;
+    const auto sphere_count = static_cast<std::size_t>(std::ranges::count_if(parts.rounds, is_sphere));
+    if (std::ranges::none_of(parts.rounds, is_polished) ||
+        sphere_count + parts.boxes.size() > MirroredBlock::most) {
+        return found;
+    }
+    std::size_t next = 0;
+    const auto add_look = [&](const Instance& instance) {
+        found.block.looks[next++] = glm::vec4(instance.color, instance.metallic);
+    };
+    for (const Part& part : parts.rounds) {
+        if (is_sphere(part)) {
+            found.block.spheres[next] = glm::vec4(part.instance.position, part.instance.scale.x);
+            add_look(part.instance);
+        }
+    }
+    found.spheres = static_cast<int>(sphere_count);
+    for (std::size_t i = 0; i < parts.boxes.size(); ++i) {
+        const Instance& box = parts.boxes[i].instance;
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::vec3 row(0.0f);
+            row[axis] = 1.0f / box.scale[axis];
+            row = turned(box.orientation, row);
+            found.block.boxes[3 * i + static_cast<std::size_t>(axis)] =
+                glm::vec4(row, -glm::dot(row, box.position));
+        }
+        add_look(box);
+    }
+    found.boxes = static_cast<int>(parts.boxes.size());
+    return found;
+}
+
+} // namespace render

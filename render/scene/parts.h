@@ -1,0 +1,36 @@
+#pragma once
+/// The parts that bodies and joints are drawn as: scene and snapshot (Eigen, double) -> instances (GLM, float).
+#include "render/scene/camera.h"
+#include "render/scene/geometry.h"
+#include "sim/model/snapshot.h"
+
+#include <vector>
+
+namespace render {
+
+/// A placed part together with what sorts it.
+struct Part {
+    Instance instance;
+    int mesh; ///< mesh_id of a round part, -1 of a box
+    sim::Pattern pattern;
+    float depth; ///< along the view [m]
+    std::uint32_t body; ///< index plus 1; 0: of none, a joint's rod
+};
+
+/// Of all bodies and joints; planes are none.
+struct Parts {
+    std::vector<Part> boxes;  ///< nearest first
+    std::vector<Part> rounds; ///< by mesh and pattern, nearest first within one
+};
+
+/// Joints are drawn as rods of a radius [m]; pixels_per_radian: of the picture, for the fineness of spheres.
+struct PartSetup {
+    double rod_radius = 0.0;
+    double pixels_per_radian = 0.0;
+};
+
+/// Bodies whose pose is not finite are left out.
+Parts collect_parts(const sim::SceneDef& scene, const SceneGeometry& geometry, const sim::Snapshot& snapshot,
+                    const View& view, const PartSetup& setup);
+
+} // namespace render

@@ -1,0 +1,111 @@
+/// One sweep over batches of blocks. Compiled once for each instruction set; KERNEL names it.
+#include "sim/block/lanes.h"
+
+namespace sim {
+namespace {
+
+/// Solves the blocks of a batch with all others held. change: largest velocity change at a point of each lane.
+template <int N>
+void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change) {
+    Visit<N> v(batch, sweep.points + batch.first);
+    Real a[8];
+    Real b[8];
+    gather(sweep.velocity, batch.a, a);
+    gather(sweep.velocity, batch.b, b);
+    const Real3 r_a = load3(batch.r_a);
+    const Real3 r_b = load3(batch.r_b);
+    const Real3 t1 = load3(batch.frame);
+    const Real3 t2 = load3(batch.frame + 3);
+    const Real3 n = load3(batch.frame + 6);
+    const Real3 u = Real3{a[0], a[1], a[2]} + cross({a[3], a[4], a[5]}, r_a) -
+                    (Real3{b[0], b[1], b[2]} + cross({b[3], b[4], b[5]}, r_b));
+    const Real3 w = Real3{a[3], a[4], a[5]} - Real3{b[3], b[4], b[5]};
+    v.twist = {{dot(t1, u), dot(t2, u), dot(n, u)}, {dot(t1, w), dot(t2, w), dot(n, w)}};
+    const Real zero = real(0.0);
+    v.force = v.moment = {zero, zero, zero};
+    v.change = zero;
+    for (int k = 0; k < N; ++k) {
+        const BatchPoint& point = v.points[k];
+        v.x[k] = load(point.x);
+        v.y[k] = load(point.y);
+        v.p_n[k] = load(point.p_n);
+        v.p_1[k] = load(point.p_t[0]);
+        v.p_2[k] = load(point.p_t[1]);
+    }
+    v.solve_normals(real(sweep.slack));
+    if (batch.has_friction) {
+        v.solve_friction(sweep.projections);
+    }
+    for (int k = 0; k < N; ++k) {
+        store(v.points[k].p_n, v.p_n[k]);
+        store(v.points[k].p_t[0], v.p_1[k]);
+        store(v.points[k].p_t[1], v.p_2[k]);
+    }
+    const Real3 p = v.force.x * t1 + v.force.y * t2 + v.force.z * n;
+    const Real3 moment = v.moment.x * t1 + v.moment.y * t2 + v.moment.z * n;
+    push_bodies(sweep.velocity, batch.a, batch.moves_a,
+                Push(batch.inverse_mass_a, batch.inverse_inertia_a, r_a, p, moment));
+    push_bodies(sweep.velocity, batch.b, batch.moves_b,
+                Push(batch.inverse_mass_b, batch.inverse_inertia_b, r_b, -p, -moment));
+    store(change, v.change);
+}
+
+void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change) {
+    switch (batch.count) {
+    case 1:
+        return visit_batch<1>(sweep, batch, change);
+    case 2:
+        return visit_batch<2>(sweep, batch, change);
+    case 4:
+        return visit_batch<4>(sweep, batch, change);
+    case 6:
+        return visit_batch<6>(sweep, batch, change);
+    default:
+        return visit_batch<9>(sweep, batch, change);
+    }
+}
+
+/// Did the bodies of any lane change by more than `skip` since it was last solved?
+LANES_INLINE bool is_awake(const BlockBatch& batch, const double* activity, double skip) {
+    bool awake = false;
+    for (int l = 0; l < lane_count; ++l) {
+        const double since = activity[batch.a[l]] - batch.seen_a.x[l] + activity[batch.b[l]] - batch.seen_b.x[l];
+        awake |= batch.block[l] >= 0 && (batch.seen_a.x[l] < 0.0 || since > skip);
+    }
+    return awake;
+}
+
+} // namespace
+
+double KERNEL(const BatchSweep& sweep) {
+    double worst = 0.0;
+    for (std::size_t i = 0; i < sweep.batch_count; ++i) {
+        BlockBatch& batch = sweep.batches[i];
+        if (!is_awake(batch, sweep.activity, sweep.skip)) {
+            continue;
+        }
+        Lanes changes;
+        visit_batch(sweep, batch, changes);
+        for (int l = 0; l < lane_count; ++l) {
+            if (batch.block[l] < 0) {
+                continue;
+            }
+            const double change = changes.x[l];
+            double& active_a = sweep.activity[batch.a[l]];
+            double& active_b = sweep.activity[batch.b[l]];
+            if ((batch.moves_a >> l & 1u) != 0) {
+                active_a += change;
+            }
+            if ((batch.moves_b >> l & 1u) != 0) {
+                active_b += change;
+            }
+            // One visit leaves a rest where friction and normal impulses depend on each other.
+            batch.seen_a.x[l] = change > sweep.skip ? -1.0 : active_a;
+            batch.seen_b.x[l] = active_b;
+            worst = worst < change ? change : worst;
+        }
+    }
+    return worst;
+}
+
+} // namespace sim

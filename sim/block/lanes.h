@@ -1,0 +1,448 @@
+#pragma once
+/// One block in each lane, solved with all others held: the equations of block_solve.cpp, which is the readable form.
+/// Included by block_kernel.cpp only, once for each instruction set.
+#include "sim/base/lanes.h"
+#include "sim/block/batch.h"
+
+namespace sim {
+namespace {
+
+/// Rounds of the search for the set of loaded points, beside one a point; lanes that have not come to an end then, or
+/// come back to the set of two rounds before, are iterated.
+constexpr int set_rounds = 4;
+/// Rounds of the point-by-point loop in such lanes.
+constexpr int fallback_rounds = 5;
+/// Velocities this share [-] of their terms below the target are at it.
+constexpr double rounding = 1e-12;
+/// Targets that a rigid motion misses by no more than this share [-] of the velocities asked for are consistent.
+constexpr double inconsistent = 1e-10;
+/// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
+constexpr double collinear = 1e-7;
+constexpr double infinity = __builtin_inf();
+
+/// Relative twist of the bodies of a block, in its frame: u_1 u_2 u_n w_1 w_2 w_n.
+struct Twist {
+    Real3 u, w;
+};
+
+/// A batch while it is solved.
+template <int N>
+struct Visit {
+    const BlockBatch& batch;
+    BatchPoint* points;
+    LANES_INLINE Visit(const BlockBatch& of, BatchPoint* at) : batch(of), points(at) {}
+    Real x[N], y[N];
+    Real p_n[N], p_1[N], p_2[N];
+    Twist twist;
+    Real3 force, moment; ///< wrench added so far, in the block's frame
+    Real change;         ///< largest velocity change at a point
+
+    LANES_INLINE Real w(int i, int j) const {
+        return i >= j ? load(batch.response[i * (i + 1) / 2 + j]) : load(batch.response[j * (j + 1) / 2 + i]);
+    }
+    LANES_INLINE Real normal_velocity(int k, const Twist& t) const { return t.u.z + t.w.x * y[k] - t.w.y * x[k]; }
+
+    /// (P_n, L_1, L_2) of normal impulses.
+    LANES_INLINE Real3 normal_wrench(const Real* p) const {
+        Real3 sum{p[0], p[0] * y[0], -p[0] * x[0]};
+        for (int k = 1; k < N; ++k) {
+            sum = sum + Real3{p[k], p[k] * y[k], -p[k] * x[k]};
+        }
+        return sum;
+    }
+    /// (P_1, P_2, L_n) of friction impulses.
+    LANES_INLINE Real3 friction_wrench() const {
+        Real3 sum{p_1[0], p_2[0], x[0] * p_2[0] - y[0] * p_1[0]};
+        for (int k = 1; k < N; ++k) {
+            sum = sum + Real3{p_1[k], p_2[k], x[k] * p_2[k] - y[k] * p_1[k]};
+        }
+        return sum;
+    }
+
+    void solve_normals(Real slack);
+    void iterate_normals(const Sym3& wn, Mask open, const Real* excess, Real* impulse) const;
+    void add_normals(const Sym3& wn, const Real* impulse);
+    void solve_friction(int projections);
+    Mask stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const;
+    void slide(Mask slides, Real sum, Real* new_1, Real* new_2) const;
+    void add_friction(const Real* new_1, const Real* new_2);
+};
+
+/// Least-squares normal impulses of the points with active[k] = 1 (else 0) that bring their velocities to their
+/// targets: smallest where the points are redundant, also when they lie on a line or are one. `excess`: velocity
+/// above target without these impulses. w: response of (u_n, w_1, w_2) to (P_n, L_1, L_2).
+template <int N>
+LANES_INLINE void fit_impulses(const Visit<N>& v, const Sym3& w, const Real* active, const Real* excess, Real* impulse) {
+    Real n = real(0.0);
+    Real sx = real(0.0);
+    Real sy = real(0.0);
+    Real mean = real(0.0);
+    for (int k = 0; k < N; ++k) {
+        n += active[k];
+        sx += active[k] * v.x[k];
+        sy += active[k] * v.y[k];
+        mean += active[k] * excess[k];
+    }
+    const Real per = 1.0 / max(n, real(1.0));
+    const Real cx = sx * per;
+    const Real cy = sy * per;
+    mean *= per;
+    // Second moments about the centroid of the rows' (y, -x), and slopes of the excess along them.
+    Real m11 = real(0.0);
+    Real m12 = real(0.0);
+    Real m22 = real(0.0);
+    Real f1 = real(0.0);
+    Real f2 = real(0.0);
+    for (int k = 0; k < N; ++k) {
+        const Real r1 = v.y[k] - cy;
+        const Real r2 = cx - v.x[k];
+        m11 += active[k] * (r1 * r1);
+        m12 += active[k] * (r1 * r2);
+        m22 += active[k] * (r2 * r2);
+        f1 += active[k] * (excess[k] * r1);
+        f2 += active[k] * (excess[k] * r2);
+    }
+    // Basis of the (y, -x) directions: as they are where the points span a plane; along the line and across it
+    // where they lie on one.
+    const Real trace = m11 + m22;
+    const Real extent = n * (cx * cx + cy * cy) + trace;
+    const Mask spread = trace > (collinear * collinear) * extent;
+    const Mask plane = spread & ((m11 * m22 - m12 * m12) > collinear * (trace * trace));
+    const Mask line = spread & ~plane;
+    const Real zero = real(0.0);
+    Real b11 = real(1.0);
+    Real b12 = zero;
+    Real per_line = zero;
+    if (any(line)) {
+        const Mask first_larger = m11 >= m22;
+        const Real d1 = select(first_larger, m11, m12);
+        const Real d2 = select(first_larger, m12, m22);
+        const Real unit = 1.0 / select(line, sqrt(d1 * d1 + d2 * d2), real(1.0));
+        b11 = select(line, d1 * unit, b11);
+        b12 = select(line, d2 * unit, zero);
+        const Real q11 = b11 * (m11 * b11 + m12 * b12) + b12 * (m12 * b11 + m22 * b12);
+        per_line = select(line, 1.0 / select(line, q11, real(1.0)), zero);
+    }
+    const Real b21 = -b12;
+    const Real b22 = b11;
+    // Inverse of the Gram matrix in the basis, on the directions it has; slopes.
+    const Real per_determinant = select(plane, 1.0 / select(plane, m11 * m22 - m12 * m12, real(1.0)), zero);
+    const Real g11 = m22 * per_determinant + per_line;
+    const Real g12 = -m12 * per_determinant;
+    const Real g22 = m11 * per_determinant;
+    const Real e1 = b11 * f1 + b12 * f2;
+    const Real e2 = b21 * f1 + b22 * f2;
+    const Real s1 = g11 * e1 + g12 * e2;
+    const Real s2 = g12 * e1 + g22 * e2;
+    // Response about the centroid, in the basis: row of the centroid is (1, cy, -cx).
+    const Real3 row{real(1.0), cy, -cx};
+    const Real3 row1{real(0.0), b11, b12};
+    const Real3 row2{real(0.0), b21, b22};
+    const Real3 w0 = w * row;
+    const Real3 w1 = w * row1;
+    const Real3 w2 = w * row2;
+    Sym3 a{dot(row, w0), dot(row1, w0), dot(row2, w0), dot(row1, w1), dot(row2, w1), dot(row2, w2)};
+    a.xy = select(spread, a.xy, zero);
+    a.yy = select(spread, a.yy, a.xx);
+    a.xz = select(plane, a.xz, zero);
+    a.yz = select(plane, a.yz, zero);
+    a.zz = select(plane, a.zz, a.xx);
+    const Real3 wrench = solve(a, Real3{-mean, -s1, -s2});
+    const Real force = wrench.x * per;
+    const Real t1 = g11 * wrench.y + g12 * wrench.z;
+    const Real t2 = g12 * wrench.y + g22 * wrench.z;
+    const Real h1 = b11 * t1 + b21 * t2;
+    const Real h2 = b12 * t1 + b22 * t2;
+    for (int k = 0; k < N; ++k) {
+        impulse[k] = active[k] * (force + h1 * (v.y[k] - cy) + h2 * (cx - v.x[k]));
+    }
+}
+
+/// The same for the lanes `open` point by point, from the present impulses.
+template <int N>
+LANES_INLINE void Visit<N>::iterate_normals(const Sym3& wn, Mask open, const Real* excess, Real* impulse) const {
+    const Real one = real(1.0);
+    const Real zero = real(0.0);
+    for (int k = 0; k < N; ++k) {
+        impulse[k] = select(open, p_n[k], impulse[k]);
+    }
+    Real3 now = wn * normal_wrench(impulse);
+    Real per_response[N];
+    for (int k = 0; k < N; ++k) {
+        const Real3 row{one, y[k], -x[k]};
+        per_response[k] = 1.0 / dot(row, wn * row);
+    }
+    for (int round = 0; round < fallback_rounds; ++round) {
+        for (int k = 0; k < N; ++k) {
+            const Real3 row{one, y[k], -x[k]};
+            const Real3 response = wn * row;
+            const Real next = max(impulse[k] - (excess[k] + dot(row, now)) * per_response[k], zero);
+            const Real step = select(open, next - impulse[k], zero);
+            now = now + step * response;
+            impulse[k] = impulse[k] + step;
+        }
+    }
+}
+
+/// Puts new normal impulses in place.
+template <int N>
+LANES_INLINE void Visit<N>::add_normals(const Sym3& wn, const Real* impulse) {
+    const Real3 added = normal_wrench(impulse) - normal_wrench(p_n);
+    force.z = added.x;
+    moment.x = added.y;
+    moment.y = added.z;
+    Twist d;
+    d.u = {w(0, 2) * added.x + w(0, 3) * added.y + w(0, 4) * added.z,
+           w(1, 2) * added.x + w(1, 3) * added.y + w(1, 4) * added.z, real(0.0)};
+    const Real3 dn = wn * added;
+    d.u.z = dn.x;
+    d.w = {dn.y, dn.z, w(5, 2) * added.x + w(5, 3) * added.y + w(5, 4) * added.z};
+    twist = {twist.u + d.u, twist.w + d.w};
+    for (int k = 0; k < N; ++k) {
+        change = max(change, abs(normal_velocity(k, d)));
+        p_n[k] = impulse[k];
+    }
+}
+
+/// Non-negative normal impulses with velocities at or above their targets (eq. 1-3 for the block).
+template <int N>
+LANES_INLINE void Visit<N>::solve_normals(Real slack) {
+    const Sym3 wn{w(2, 2), w(3, 2), w(4, 2), w(3, 3), w(4, 3), w(4, 4)};
+    const Real3 held = normal_wrench(p_n);
+    const Real3 lifted = wn * held;
+    Real excess[N];
+    Real active[N];
+    Real approaching[N];
+    Mask loaded = p_n[0] > 0.0;
+    Mask work = loaded & ~loaded;
+    const Real one = real(1.0);
+    const Real zero = real(0.0);
+    for (int k = 0; k < N; ++k) {
+        excess[k] = normal_velocity(k, twist) - (lifted.x + lifted.y * y[k] - lifted.z * x[k]) - load(points[k].u_n_target);
+        slack = max(slack, inconsistent * abs(excess[k]));
+        active[k] = select(p_n[k] > 0.0, one, zero);
+        approaching[k] = select(excess[k] < 0.0, one, zero);
+        loaded |= p_n[k] > 0.0;
+        work |= excess[k] < 0.0;
+    }
+    work |= loaded;
+    for (int k = 0; k < N; ++k) {
+        active[k] = select(loaded, active[k], approaching[k]);
+    }
+    Real impulse[N];
+    for (int k = 0; k < N; ++k) {
+        impulse[k] = zero;
+    }
+    Mask open = work;
+    Mask circling = ~work & work;
+    Real set_before = real(-1.0); // the points as bits
+    Real set = real(-1.0);
+    Real found[N];
+    for (int round = 0; round < set_rounds + N && any(open); ++round) {
+        fit_impulses<N>(*this, wn, active, excess, found);
+        const Real3 change_n = wn * normal_wrench(found);
+        Real least = found[0];
+        Real lowest = real(infinity);  // velocity of the worst free point
+        Real highest = real(-infinity); // of a loaded point above its target
+        Real miss = zero;
+        Real n = zero;
+        Real u[N];
+        for (int k = 0; k < N; ++k) {
+            u[k] = excess[k] + change_n.x + change_n.y * y[k] - change_n.z * x[k];
+            const Mask in = active[k] > 0.5;
+            least = min(least, found[k]);
+            const Mask below = u[k] < -rounding * abs(excess[k]);
+            lowest = select(~in & below, min(lowest, u[k]), lowest);
+            highest = select(in, max(highest, u[k]), highest);
+            miss = select(in, max(miss, abs(u[k])), miss);
+            n += active[k];
+        }
+        const Mask drop_pulling = least < 0.0;
+        const Mask add = ~drop_pulling & (lowest < 0.0);
+        const Mask drop_high = ~drop_pulling & ~add & (n > 2.5) & (miss > slack);
+        const Mask done = open & ~drop_pulling & ~add & ~drop_high;
+        // One point changes a round: the first that is the extreme one.
+        Mask changed = ~open;
+        for (int k = 0; k < N; ++k) {
+            const Mask in = active[k] > 0.5;
+            const Mask out = in & ~changed & ((drop_pulling & (found[k] == least)) | (drop_high & (u[k] == highest)));
+            const Mask enter = ~in & ~changed & add & (u[k] == lowest);
+            active[k] = select(out, zero, select(enter, one, active[k]));
+            changed |= out | enter;
+            impulse[k] = select(done, found[k], impulse[k]);
+        }
+        open &= ~done;
+        Real next_set = zero;
+        for (int k = 0; k < N; ++k) {
+            next_set += static_cast<double>(1 << k) * active[k];
+        }
+        circling |= open & (next_set == set_before);
+        open &= ~circling;
+        set_before = set;
+        set = next_set;
+    }
+    open |= circling;
+    if (any(open)) {
+        iterate_normals(wn, open, excess, impulse);
+    }
+    add_normals(wn, impulse);
+}
+
+/// Puts new friction impulses in place.
+template <int N>
+LANES_INLINE void Visit<N>::add_friction(const Real* new_1, const Real* new_2) {
+    const Real3 before = friction_wrench();
+    for (int k = 0; k < N; ++k) {
+        p_1[k] = new_1[k];
+        p_2[k] = new_2[k];
+    }
+    const Real3 added = friction_wrench() - before;
+    Twist d;
+    d.u = {w(0, 0) * added.x + w(0, 1) * added.y + w(0, 5) * added.z,
+           w(1, 0) * added.x + w(1, 1) * added.y + w(1, 5) * added.z,
+           w(2, 0) * added.x + w(2, 1) * added.y + w(2, 5) * added.z};
+    d.w = {w(3, 0) * added.x + w(3, 1) * added.y + w(3, 5) * added.z,
+           w(4, 0) * added.x + w(4, 1) * added.y + w(4, 5) * added.z,
+           w(5, 0) * added.x + w(5, 1) * added.y + w(5, 5) * added.z};
+    twist = {twist.u + d.u, twist.w + d.w};
+    force.x += added.x;
+    force.y += added.y;
+    moment.z += added.z;
+    Real square = real(0.0);
+    for (int k = 0; k < N; ++k) {
+        const Real u1 = d.u.x - d.w.z * y[k];
+        const Real u2 = d.u.y + d.w.z * x[k];
+        square = max(square, u1 * u1 + u2 * u2);
+    }
+    change = max(change, sqrt(square));
+}
+
+/// Friction impulses that stop the slip of all loaded points: weighted mean slip, and turning about the pressure centre.
+/// Returns the lanes in which none is beyond its limit. sum: of the normal impulses.
+template <int N>
+LANES_INLINE Mask Visit<N>::stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const {
+    const Real zero = real(0.0);
+    Real cx = zero;
+    Real cy = zero;
+    for (int k = 0; k < N; ++k) {
+        cx += p_n[k] * x[k];
+        cy += p_n[k] * y[k];
+    }
+    cx *= per_load;
+    cy *= per_load;
+    Real slip1 = zero;
+    Real slip2 = zero;
+    Real inertia = zero;
+    Real turning = zero;
+    for (int k = 0; k < N; ++k) {
+        const Real ax = x[k] - cx;
+        const Real ay = y[k] - cy;
+        const Real u1 = twist.u.x - twist.w.z * y[k] - load(points[k].u_t_target[0]);
+        const Real u2 = twist.u.y + twist.w.z * x[k] - load(points[k].u_t_target[1]);
+        slip1 += p_n[k] * u1;
+        slip2 += p_n[k] * u2;
+        inertia += p_n[k] * (ax * ax + ay * ay);
+        turning += p_n[k] * (ax * u2 - ay * u1);
+    }
+    slip1 *= per_load;
+    slip2 *= per_load;
+    const Mask turns = inertia > (collinear * collinear) * (sum * (cx * cx + cy * cy) + inertia);
+    const Real per_inertia = 1.0 / select(turns, inertia, real(1.0));
+    // Response of (u_1, u_2 at the pressure centre, w_n) to (P_1, P_2, L_n about it).
+    const Real w55 = w(5, 5);
+    const Real k02 = w(0, 5) - cy * w55;
+    const Real k12 = w(1, 5) + cx * w55;
+    Sym3 a{w(0, 0) - cy * (w(0, 5) + k02), w(0, 1) + cx * w(0, 5) - cy * k12, k02,
+           w(1, 1) + cx * (w(1, 5) + k12), k12, w55};
+    a.xz = select(turns, a.xz, zero);
+    a.yz = select(turns, a.yz, zero);
+    a.zz = select(turns, a.zz, a.xx);
+    const Real3 held = friction_wrench();
+    const Real3 stop = solve(a, Real3{slip1, slip2, select(turns, turning * per_inertia, zero)});
+    const Real share1 = (held.x - stop.x) * per_load;
+    const Real share2 = (held.y - stop.y) * per_load;
+    const Real twisting = select(turns, (held.z - cx * held.y + cy * held.x - stop.z) * per_inertia, zero);
+    const Real mu = load(batch.mu);
+    Mask sticks = sum >= 0.0;
+    for (int k = 0; k < N; ++k) {
+        new_1[k] = p_n[k] * (share1 - twisting * (y[k] - cy));
+        new_2[k] = p_n[k] * (share2 + twisting * (x[k] - cx));
+        const Real radius = mu * p_n[k];
+        sticks &= new_1[k] * new_1[k] + new_2[k] * new_2[k] <= radius * radius;
+    }
+    return sticks;
+}
+
+/// One projection onto the friction discs in the lanes `slides`.
+template <int N>
+LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_2) const {
+    const Real zero = real(0.0);
+    const Real one = real(1.0);
+    const Real mu = load(batch.mu);
+    const Real weight = load(batch.node_weight);
+    const Mask marked = load(batch.sticking) > 0.5;
+    const Real per_k_load = 1.0 / select(slides, load(batch.k_t) * sum, one);
+    const Real3 start = load3(batch.before);
+    for (int k = 0; k < N; ++k) {
+        const Mask carries = p_n[k] > 0.0;
+        const Real u1 = twist.u.x - twist.w.z * y[k];
+        const Real u2 = twist.u.y + twist.w.z * x[k];
+        const Real s1 = u1 - load(points[k].u_t_target[0]);
+        const Real s2 = u2 - load(points[k].u_t_target[1]);
+        // The sliding direction at t0, between the velocities before and after the impulses; nearer to stopping
+        // in this step, its slip tells the direction (see slid_impulse in block_solve.cpp).
+        const Real before1 = start.x - start.z * y[k];
+        const Real before2 = start.y + start.z * x[k];
+        const Real at1 = before1 + weight * (u1 - before1);
+        const Real at2 = before2 + weight * (u2 - before2);
+        const Real o1 = at1 - s1;
+        const Real o2 = at2 - s2;
+        const Real stopped = o1 * o1 + o2 * o2;
+        const Real moving = s1 * s1 + s2 * s2;
+        const Mask by_slip = marked | (stopped == 0.0);
+        const Real blend = moving / select(by_slip, one, moving + stopped);
+        const Real v1 = select(by_slip, s1, s1 + blend * o1);
+        const Real v2 = select(by_slip, s2, s2 + blend * o2);
+        const Real per_k = p_n[k] * per_k_load; // 1 / (k_t load / p_n)
+        const Real radius = mu * p_n[k];
+        const Real stop1 = p_1[k] - s1 * per_k;
+        const Real stop2 = p_2[k] - s2 * per_k;
+        const Mask holds = stop1 * stop1 + stop2 * stop2 <= radius * radius;
+        const Real q1 = p_1[k] - v1 * per_k;
+        const Real q2 = p_2[k] - v2 * per_k;
+        const Real square = q1 * q1 + q2 * q2;
+        const Mask moves = square > 0.0;
+        const Real scale = select(moves, radius / sqrt(select(moves, square, one)), zero);
+        new_1[k] = select(slides, select(carries, select(holds, stop1, q1 * scale), zero), new_1[k]);
+        new_2[k] = select(slides, select(carries, select(holds, stop2, q2 * scale), zero), new_2[k]);
+    }
+}
+
+/// Friction impulses for the present normal impulses (eq. 4-6 for the block).
+template <int N>
+LANES_INLINE void Visit<N>::solve_friction(int projections) {
+    const Real zero = real(0.0);
+    Real sum = zero;
+    for (int k = 0; k < N; ++k) {
+        sum += p_n[k];
+    }
+    const Mask loaded = sum > 0.0;
+    Real new_1[N];
+    Real new_2[N];
+    const Mask sticks = stop_slip(sum, 1.0 / select(loaded, sum, real(1.0)), new_1, new_2);
+    for (int k = 0; k < N; ++k) {
+        new_1[k] = select(loaded, new_1[k], zero);
+        new_2[k] = select(loaded, new_2[k], zero);
+    }
+    const Mask slides = loaded & ~sticks;
+    for (int round = 0; round < projections && any(slides); ++round) {
+        if (round > 0) {
+            add_friction(new_1, new_2);
+        }
+        slide(slides, sum, new_1, new_2);
+    }
+    add_friction(new_1, new_2);
+}
+
+} // namespace
+} // namespace sim

@@ -1,0 +1,128 @@
+/// The separating axes of eight pairs of boxes. The formulas are those of box_box.cpp, which is the readable form.
+/// Compiled once for each instruction set; KERNEL names it.
+#include "sim/base/lanes.h"
+#include "sim/collide/box_axes.h"
+
+namespace sim {
+namespace {
+
+/// Edge directions whose cross product is shorter than this [-] count as parallel, as in box_box.cpp.
+constexpr double parallel_edges = 1e-6;
+
+/// Rotation matrix, centre and half extents of a box in each lane.
+struct Boxes {
+    Real axes[3][3]; ///< [row][column]
+    Real3 centre;
+    Real half[3];
+};
+
+LANES_INLINE Boxes gather_boxes(const PlacedBoxRow* boxes, const int* index) {
+    Real low[8];
+    Real high[8];
+    for (int l = 0; l < lane_count; ++l) {
+        low[l] = load(boxes[index[l]].axes);
+        high[l] = load(boxes[index[l]].axes + 8);
+    }
+    transpose(low);
+    transpose(high);
+    return {{{low[0], low[3], low[6]}, {low[1], low[4], low[7]}, {low[2], low[5], high[0]}},
+            {high[1], high[2], high[3]},
+            {high[4], high[5], high[6]}};
+}
+
+/// The best axis so far of one kind.
+struct Best {
+    Real separation = real(-__builtin_inf());
+    Real index = real(-1.0);
+    Real side = real(1.0);
+
+    LANES_INLINE void offer(const Mask& valid, const Real& s, int i, const Real& offset) {
+        const Mask better = valid & (s > separation);
+        separation = select(better, s, separation);
+        index = select(better, real(i), index);
+        side = select(better, select(offset >= 0.0, real(1.0), real(-1.0)), side);
+    }
+    LANES_INLINE void write(BoxAxes* axes, const int* result, int lanes, AxisChoice BoxAxes::* kind) const {
+        Lanes s;
+        Lanes i;
+        Lanes d;
+        store(s, separation);
+        store(i, index);
+        store(d, side);
+        for (int l = 0; l < lanes; ++l) {
+            axes[result[l]].*kind = {s.x[l], static_cast<int>(i.x[l]), static_cast<int>(d.x[l])};
+        }
+    }
+};
+
+LANES_INLINE Real dot_columns(const Real a[3][3], int i, const Real b[3][3], int j) {
+    return a[0][i] * b[0][j] + a[1][i] * b[1][j] + a[2][i] * b[2][j];
+}
+
+LANES_INLINE void search_eight(const AxesSearch& search, const int* first, const int* second, const int* result,
+                               int lanes) {
+    const Boxes a = gather_boxes(search.boxes, first);
+    const Boxes b = gather_boxes(search.boxes, second);
+    const Real3 b_to_a = a.centre - b.centre;
+    const Mask all = real(0.0) == real(0.0);
+    Real rotation[3][3];
+    Real absolute[3][3];
+    Real t_a[3];
+    Real t_b[3];
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            rotation[i][j] = dot_columns(a.axes, i, b.axes, j);
+            absolute[i][j] = abs(rotation[i][j]);
+        }
+        t_a[i] = a.axes[0][i] * b_to_a.x + a.axes[1][i] * b_to_a.y + a.axes[2][i] * b_to_a.z;
+        t_b[i] = b.axes[0][i] * b_to_a.x + b.axes[1][i] * b_to_a.y + b.axes[2][i] * b_to_a.z;
+    }
+    Best face_a;
+    Best face_b;
+    Best edges;
+    for (int i = 0; i < 3; ++i) {
+        const Real reach_b = absolute[i][0] * b.half[0] + absolute[i][1] * b.half[1] + absolute[i][2] * b.half[2];
+        const Real reach_a = absolute[0][i] * a.half[0] + absolute[1][i] * a.half[1] + absolute[2][i] * a.half[2];
+        face_a.offer(all, abs(t_a[i]) - a.half[i] - reach_b, i, t_a[i]);
+        face_b.offer(all, abs(t_b[i]) - b.half[i] - reach_a, i, t_b[i]);
+    }
+    for (int i = 0; i < 3; ++i) {
+        const int i1 = (i + 1) % 3;
+        const int i2 = (i + 2) % 3;
+        for (int j = 0; j < 3; ++j) {
+            const int j1 = (j + 1) % 3;
+            const int j2 = (j + 2) % 3;
+            const Real sine_squared = 1.0 - rotation[i][j] * rotation[i][j];
+            const Mask crossing = sine_squared >= parallel_edges * parallel_edges;
+            const Real offset = t_a[i2] * rotation[i1][j] - t_a[i1] * rotation[i2][j];
+            const Real reach = a.half[i1] * absolute[i2][j] + a.half[i2] * absolute[i1][j] +
+                               b.half[j1] * absolute[i][j2] + b.half[j2] * absolute[i][j1];
+            const Real s = (abs(offset) - reach) / sqrt(select(crossing, sine_squared, real(1.0)));
+            edges.offer(crossing, s, 3 * i + j, offset);
+        }
+    }
+    face_a.write(search.axes, result, lanes, &BoxAxes::face_a);
+    face_b.write(search.axes, result, lanes, &BoxAxes::face_b);
+    edges.write(search.axes, result, lanes, &BoxAxes::edges);
+}
+
+} // namespace
+
+void KERNEL(const AxesSearch& search) {
+    for (std::size_t k = 0; k < search.count; k += lane_count) {
+        const auto left = static_cast<int>(search.count - k);
+        if (left >= lane_count) {
+            search_eight(search, search.first + k, search.second + k, search.result + k, lane_count);
+            continue;
+        }
+        int first[lane_count];
+        int second[lane_count];
+        for (int l = 0; l < lane_count; ++l) {
+            first[l] = search.first[k + static_cast<std::size_t>(l < left ? l : 0)];
+            second[l] = search.second[k + static_cast<std::size_t>(l < left ? l : 0)];
+        }
+        search_eight(search, first, second, search.result + k, left);
+    }
+}
+
+} // namespace sim

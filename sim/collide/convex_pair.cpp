@@ -1,0 +1,515 @@
+#include "sim/collide/convex_pair.h"
+
+#include "sim/collide/separating_direction.h"
+#include "sim/model/polytope.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+namespace sim {
+namespace {
+
+/// Points fixed to a rim that stand for it where a cylinder's end lies flat.
+constexpr int rim_points = 8;
+
+/// A cylinder's end counts as flat [rad] where its fixed points alone say the gap to 1e-10 of its radius; its end
+/// faces the other body, rather than its side, up to 45 degrees.
+constexpr double flat_end = 1e-9;
+constexpr double end_cosine = 0.70710678;
+
+/// Share [-] of the size by which a point may stick out of a face and still count as inside.
+constexpr double aligned_features = 1e-6;
+
+/// Edges and axes that cross at less than this angle [rad] also touch at the ends of what they share; at less than
+/// the other, only there.
+constexpr double nearly_parallel_edges = 0.05;
+constexpr double parallel = 1e-5;
+
+/// Crossing edges whose normal is this near [-] (cosine) to a face's: the faces are about to meet, and within one
+/// step the contact may pass from the edges to the faces' corners.
+constexpr double nearly_flat = 0.998;
+
+/// Contacts that one face keeps: with a crossing of edges they fill a block.
+constexpr std::size_t most_contacts = 8;
+
+/// Cores nearer than this share [-] of the sizes tell no direction.
+constexpr double same_point = 1e-6;
+
+/// Contacts nearer to each other than this share [-] of the sizes are at one place.
+constexpr double same_place = 1e-3;
+
+/// Gaps that differ by less than this share [-] of the size are one.
+constexpr double same_gap = 1e-10;
+
+/// Well apart: by this share [-] of both bodies' sizes.
+constexpr double well_apart = 1e-3;
+
+using Kind = CoreFeature::Kind;
+
+Vec3 in_frame(const Pose& pose, const Vec3& x) {
+    return pose.orientation.conjugate() * (x - pose.position);
+}
+
+/// Id of a contact within its pair of parts: its group above, which orders the contacts, its features below.
+std::uint64_t contact_id(std::uint64_t group, std::uint64_t first, std::uint64_t second, std::uint64_t third) {
+    std::uint64_t hash = first;
+    for (const std::uint64_t x : {second, third}) {
+        hash = hash * 0x9E3779B97F4A7C15u + x + 1; // Fibonacci hashing (Knuth, vol. 3, sec. 6.4)
+        hash ^= hash >> 29;
+    }
+    return (group << 28) | (hash & ((std::uint64_t{1} << 28) - 1));
+}
+
+/// A flat surface that another body lies on: a face of a convex part, or a half space without rim.
+struct Ground {
+    Pose world_from_body;
+    Vec3 point;  ///< [m], world
+    Vec3 normal; ///< unit, outwards, world
+    bool is_a = false;
+    int index = 0;
+    std::vector<Vec3> rim; ///< corners [m], counter-clockwise seen from outside; empty: no rim
+
+    double height(const Vec3& x) const { return normal.dot(x - point); }
+};
+
+/// A point of the body on the ground, with the ball around it, or a rim.
+struct Foot {
+    Vec3 core;              ///< [m], world
+    double radius = 0.0;    ///< [m]
+    std::uint64_t code = 0; ///< what it is: the same from step to step
+    Vec3 axis = Vec3::Zero(); ///< unit, world, of a rim
+    double rim_radius = 0.0;  ///< [m]; 0: no rim
+};
+
+Vec3 rim_point(const Convex& cylinder, int end, int k) {
+    const double angle = 2.0 * std::numbers::pi * k / rim_points;
+    return cylinder.world_from_part * Vec3(cylinder.radius * std::cos(angle), cylinder.radius * std::sin(angle),
+                                           end == 0 ? cylinder.half_length : -cylinder.half_length);
+}
+
+Ground face_ground(const Convex& convex, const CoreFeature& face, bool is_a) {
+    Ground ground{convex.world_from_body, convex.world_from_part.position, face.direction, is_a, face.index, {}};
+    ground.point += support_height(convex, face.direction) * face.direction;
+    if (convex.kind == CoreKind::polytope) {
+        for (const int v : convex.polytope->faces[static_cast<std::size_t>(face.index)].loop) {
+            ground.rim.push_back(convex.vertex(v));
+        }
+    } else {
+        for (int k = 0; k < rim_points; ++k) {
+            ground.rim.push_back(rim_point(convex, face.index, face.index == 0 ? k : rim_points - k));
+        }
+    }
+    return ground;
+}
+
+/// Collects the feet of one body on a ground.
+class Footing {
+public:
+    Footing(const Ground& ground, const Convex& convex)
+        : ground_(ground), convex_(convex), slack_(aligned_features * convex.size) {
+        for (std::size_t i = 0; i < ground.rim.size(); ++i) {
+            const Vec3& from = ground.rim[i];
+            const Vec3& to = ground.rim[(i + 1) % ground.rim.size()];
+            const Vec3 outwards = (to - from).cross(ground.normal).stableNormalized();
+            sides_.push_back({outwards, outwards.dot(from)});
+            slack_ = std::max(slack_, aligned_features * (to - from).norm());
+        }
+    }
+
+    std::vector<Foot> find() {
+        switch (convex_.kind) {
+        case CoreKind::point:
+            add_point(convex_.world_from_part.position, 0);
+            break;
+        case CoreKind::segment:
+            add_segment(0.0);
+            break;
+        case CoreKind::cylinder:
+            add_cylinder();
+            break;
+        case CoreKind::polytope:
+            add_polytope();
+            break;
+        }
+        return std::move(feet_);
+    }
+
+private:
+    struct Side {
+        Vec3 outwards;
+        double offset; ///< [m]
+    };
+    struct Corner {
+        Vec3 x;
+        std::uint64_t before; ///< edge that ends here
+        std::uint64_t after;  ///< edge that starts here
+    };
+
+    /// Edges of the clipping face are numbered from here.
+    static constexpr std::uint64_t clipping = 1u << 20;
+
+    bool is_inside(const Vec3& x) const {
+        return std::ranges::all_of(sides_, [&](const Side& side) {
+            return side.outwards.dot(x) - side.offset <= slack_;
+        });
+    }
+
+    void add_point(const Vec3& x, std::uint64_t code) {
+        if (is_inside(x)) {
+            feet_.push_back({.core = x, .radius = convex_.rounding, .code = code});
+        }
+    }
+
+    /// The lowest point of a cylinder's cross-section at t [m] along its axis.
+    void add_rim(double t, std::uint64_t code) {
+        const Vec3 axis = convex_.axis();
+        const Vec3 centre = convex_.world_from_part.position + t * axis;
+        if (is_inside(lowest_rim_point(centre, axis, convex_.radius, ground_.normal))) {
+            feet_.push_back({.core = centre, .code = code, .axis = axis, .rim_radius = convex_.radius});
+        }
+    }
+
+    /// Both ends of the lowest segment of a capsule (radius 0) or a cylinder's side, as far as it lies over the ground.
+    void add_segment(double radius) {
+        const Vec3 axis = convex_.axis();
+        const Vec3& middle = convex_.world_from_part.position;
+        const Vec3 down = (ground_.normal - axis * axis.dot(ground_.normal)).stableNormalized() * radius;
+        double from = -convex_.half_length;
+        double to = convex_.half_length;
+        for (const Side& side : sides_) {
+            const double slope = side.outwards.dot(axis);
+            const double at_middle = side.outwards.dot(middle - down) - side.offset - slack_;
+            if (slope == 0.0) {
+                to = at_middle > 0.0 ? -std::abs(to) - 1.0 : to;
+            } else if (slope > 0.0) {
+                to = std::min(to, -at_middle / slope);
+            } else {
+                from = std::max(from, -at_middle / slope);
+            }
+        }
+        if (from > to) {
+            return;
+        }
+        for (const double t : {to, from}) {
+            const std::uint64_t code = (t == to ? 0u : 1u) + (std::abs(t) < convex_.half_length ? 2u : 0u);
+            if (radius > 0.0) {
+                add_rim(t, code);
+            } else {
+                feet_.push_back({.core = middle + t * axis, .radius = convex_.rounding, .code = code});
+            }
+        }
+    }
+
+    void add_cylinder() {
+        const double along = convex_.axis().dot(ground_.normal);
+        if (std::abs(along) < end_cosine) {
+            add_segment(convex_.radius);
+            return;
+        }
+        const int end = along < 0.0 ? 0 : 1;
+        std::vector<Corner> corners;
+        for (int k = 0; k < rim_points; ++k) {
+            const auto code = static_cast<std::uint64_t>(rim_points * end + k);
+            corners.push_back({rim_point(convex_, end, k), 16 + code, 16 + (code + 1) % rim_points});
+        }
+        add_clipped(std::move(corners));
+        if (convex_.axis().cross(ground_.normal).norm() > flat_end) {
+            add_rim(end == 0 ? convex_.half_length : -convex_.half_length, static_cast<std::uint64_t>(end));
+        }
+    }
+
+    void add_polytope() {
+        const Polytope& polytope = *convex_.polytope;
+        if (sides_.empty()) {
+            for (int v = 0; v < static_cast<int>(polytope.vertices.size()); ++v) {
+                add_point(convex_.vertex(v), static_cast<std::uint64_t>(v));
+            }
+            return;
+        }
+        // The face at the lowest vertex that lies flattest; an edge of it is called after the vertex it starts at.
+        const Vec3 up = convex_.world_from_part.orientation.conjugate() * ground_.normal;
+        const auto lowest = static_cast<std::size_t>(support_vertex(convex_, -ground_.normal));
+        const int face = *std::ranges::min_element(polytope.faces_of[lowest], {}, [&](int f) {
+            return polytope.faces[static_cast<std::size_t>(f)].normal.dot(up);
+        });
+        const std::vector<int>& loop = polytope.faces[static_cast<std::size_t>(face)].loop;
+        std::vector<Corner> corners;
+        for (std::size_t i = 0; i < loop.size(); ++i) {
+            corners.push_back({convex_.vertex(loop[i]), static_cast<std::uint64_t>(loop[(i + loop.size() - 1) % loop.size()]),
+                               static_cast<std::uint64_t>(loop[i])});
+        }
+        add_clipped(std::move(corners));
+    }
+
+    /// Keeps the part of a polygon over the ground (Sutherland & Hodgman 1974).
+    void add_clipped(std::vector<Corner> polygon) {
+        std::vector<Corner> kept;
+        for (std::size_t s = 0; s < sides_.size(); ++s) {
+            const Side& side = sides_[s];
+            kept.clear();
+            for (std::size_t i = 0; i < polygon.size(); ++i) {
+                const Corner& p = polygon[i];
+                const Corner& q = polygon[(i + 1) % polygon.size()];
+                const double out_p = side.outwards.dot(p.x) - side.offset - slack_;
+                const double out_q = side.outwards.dot(q.x) - side.offset - slack_;
+                if (out_p <= 0.0) {
+                    kept.push_back(p);
+                }
+                if ((out_p < 0.0 && out_q > 0.0) || (out_p > 0.0 && out_q < 0.0)) {
+                    const Vec3 x = p.x + (q.x - p.x) * (out_p / (out_p - out_q));
+                    const std::uint64_t cut = clipping + s;
+                    kept.push_back(out_p < 0.0 ? Corner{x, p.after, cut} : Corner{x, cut, p.after});
+                }
+            }
+            std::swap(polygon, kept);
+        }
+        for (const Corner& corner : polygon) {
+            feet_.push_back({.core = corner.x, .code = (corner.before << 24) + corner.after + 64});
+        }
+    }
+
+    const Ground& ground_;
+    const Convex& convex_;
+    double slack_; ///< [m]
+    std::vector<Side> sides_;
+    std::vector<Foot> feet_;
+};
+
+/// The contact of a foot with a ground.
+Contact foot_contact(const Ground& ground, const Convex& convex, const Foot& foot, std::uint64_t id) {
+    Contact contact;
+    ContactFeature& f = contact.feature;
+    f.id = id;
+    const bool is_rim = foot.rim_radius > 0.0;
+    f.rim_radius = foot.rim_radius;
+    f.kind = ground.is_a ? (is_rim ? FeatureKind::rim_on_face_a : FeatureKind::face_a)
+                         : (is_rim ? FeatureKind::rim_on_face_b : FeatureKind::face_b);
+    (ground.is_a ? f.core_a : f.core_b) =
+        in_frame(ground.world_from_body, foot.core - ground.height(foot.core) * ground.normal);
+    (ground.is_a ? f.direction_a : f.direction_b) = ground.world_from_body.orientation.conjugate() * ground.normal;
+    (ground.is_a ? f.core_b : f.core_a) = in_frame(convex.world_from_body, foot.core);
+    (ground.is_a ? f.direction_b : f.direction_a) = convex.world_from_body.orientation.conjugate() * foot.axis;
+    (ground.is_a ? f.radius_b : f.radius_a) = foot.radius;
+    contact.at = ground.is_a ? contact_geometry(f, ground.world_from_body, convex.world_from_body)
+                             : contact_geometry(f, convex.world_from_body, ground.world_from_body);
+    return contact;
+}
+
+/// Of more contacts than a block holds: the lowest, and those farthest out.
+void keep_outermost(std::vector<Contact>& contacts, std::size_t first) {
+    if (contacts.size() - first <= most_contacts) {
+        return;
+    }
+    const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+    const Vec3 n = begin->at.n;
+    const Vec3 t = n.unitOrthogonal();
+    const Vec3 s = n.cross(t);
+    std::vector<char> keep(contacts.size() - first, 0);
+    const auto mark = [&](const auto& value) {
+        const auto best = std::ranges::max_element(begin, contacts.end(), {}, value);
+        keep[static_cast<std::size_t>(best - begin)] = 1;
+    };
+    mark([](const Contact& c) { return -c.at.gap; });
+    for (std::size_t k = 0; k + 1 < most_contacts; ++k) {
+        const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / (most_contacts - 1);
+        const Vec3 outwards = std::cos(angle) * t + std::sin(angle) * s;
+        mark([&](const Contact& c) { return outwards.dot(c.at.a); });
+    }
+    std::size_t next = first;
+    for (std::size_t i = 0; i < keep.size(); ++i) {
+        if (keep[i] != 0) {
+            contacts[next++] = contacts[first + i];
+        }
+    }
+    contacts.resize(next);
+}
+
+/// All feet of a body on a ground with gap <= margin. least [m]: gaps below it are raised to it (see allowance).
+void ground_contacts(const Ground& ground, const Convex& convex, const ContactList& list,
+                     double least = -std::numeric_limits<double>::infinity()) {
+    std::vector<Contact>& contacts = list.contacts;
+    const std::size_t first = contacts.size();
+    for (const Foot& foot : Footing(ground, convex).find()) {
+        // Rims first: what a block's first contact is decides how the others are measured.
+        const std::uint64_t group = (ground.is_a ? 1 : 3) + (foot.rim_radius > 0.0 ? 0u : 1u);
+        Contact contact = foot_contact(
+            ground, convex, foot, list.id_base + contact_id(group, static_cast<std::uint64_t>(ground.index), foot.code, 0));
+        if (contact.at.gap < least) {
+            contact.feature.allowance = least - contact.at.gap;
+            contact.at.gap = least;
+            contact.at.b = contact.at.a - contact.at.gap * contact.at.n;
+        }
+        if (contact.at.gap <= list.margin) {
+            contacts.push_back(contact);
+        }
+    }
+    keep_outermost(contacts, first);
+}
+
+/// Where a feature of a touches along the world direction n from b to a, as a point or a line.
+struct Touch {
+    Vec3 core;              ///< [m], world
+    Vec3 line = Vec3::Zero(); ///< unit, world; zero: a point
+    double radius = 0.0;    ///< [m] around the core
+};
+
+/// inwards: unit, into the body.
+Touch touch_of(const Convex& convex, const CoreFeature& feature, const Vec3& inwards) {
+    Touch touch{feature.point, Vec3::Zero(), convex.rounding};
+    if (feature.kind == Kind::edge) {
+        touch.line = feature.direction;
+        touch.radius += feature.radius;
+    } else if (feature.kind == Kind::rim) {
+        touch.core = lowest_rim_point(feature.point, feature.direction, feature.radius, inwards);
+        touch.line = feature.direction.cross(touch.core - feature.point).stableNormalized();
+    }
+    return touch;
+}
+
+/// The contact of two touches: points and lines as such; a plane across n where the lines are parallel, and where the
+/// cores are so near that they tell no direction.
+Contact touch_contact(const Convex& a, const Convex& b, const Touch& ta, const Touch& tb, const Vec3& n) {
+    Contact contact;
+    ContactFeature& f = contact.feature;
+    const bool line_a = !ta.line.isZero(0.0);
+    const bool line_b = !tb.line.isZero(0.0);
+    const Vec3 cross = ta.line.cross(tb.line);
+    const double core_gap = n.dot(ta.core - tb.core);
+    f.core_a = in_frame(a.world_from_body, ta.core);
+    f.core_b = in_frame(b.world_from_body, tb.core);
+    f.radius_a = ta.radius;
+    f.radius_b = tb.radius;
+    f.direction_a = a.world_from_body.orientation.conjugate() * ta.line;
+    f.direction_b = b.world_from_body.orientation.conjugate() * tb.line;
+    if (line_a && line_b && cross.norm() > parallel) {
+        f.kind = FeatureKind::edges;
+        f.side = cross.dot(n) >= 0.0 ? 1.0 : -1.0;
+    } else if ((line_a && line_b) || core_gap < same_point * (a.size + b.size)) {
+        f.kind = FeatureKind::face_b;
+        f.direction_a.setZero();
+        f.direction_b = b.world_from_body.orientation.conjugate() * n;
+    } else {
+        f.kind = line_a ? FeatureKind::line_a : line_b ? FeatureKind::line_b : FeatureKind::cores;
+    }
+    contact.at = contact_geometry(f, a.world_from_body, b.world_from_body);
+    return contact;
+}
+
+/// Contacts at both ends of what two nearly parallel edges or axes share.
+void shared_ends(const Convex& a, const Convex& b, const SeparatingDirection& best, const ContactList& list) {
+    const CoreFeature& ea = best.a;
+    const CoreFeature& eb = best.b;
+    const double side = ea.direction.dot(eb.direction) >= 0.0 ? 1.0 : -1.0;
+    const double middle_b = ea.direction.dot(eb.point - ea.point);
+    for (const double end : {1.0, -1.0}) {
+        const double end_b = middle_b + end * eb.length;
+        const bool ends_with_a = end * end_b > ea.length;
+        if (end * end_b < -ea.length) {
+            continue; // they share nothing
+        }
+        Touch ta = touch_of(a, ea, best.n);
+        Touch tb = touch_of(b, eb, -best.n);
+        if (ends_with_a) {
+            ta.core = ea.point + end * ea.length * ea.direction;
+            ta.line.setZero();
+        } else {
+            tb.core = eb.point + end * side * eb.length * eb.direction;
+            tb.line.setZero();
+        }
+        Contact contact = touch_contact(a, b, ta, tb, best.n);
+        contact.feature.id = list.id_base + contact_id(6, end > 0.0 ? 1 : 0, 0, 0);
+        if (contact.at.gap <= list.margin) {
+            list.contacts.push_back(contact);
+        }
+    }
+}
+
+/// The one contact of two features that are no faces, and the ends of nearly parallel edges.
+void feature_contacts(const Convex& a, const Convex& b, const SeparatingDirection& best, const ContactList& list) {
+    const bool are_edges = best.a.kind == Kind::edge && best.b.kind == Kind::edge;
+    const double sine = are_edges ? best.a.direction.cross(best.b.direction).norm() : 1.0;
+    const bool is_round = a.kind != CoreKind::polytope || b.kind != CoreKind::polytope;
+    const std::size_t first = list.contacts.size();
+    if (are_edges && is_round && sine < nearly_parallel_edges) {
+        shared_ends(a, b, best, list);
+    }
+    if (sine < parallel && list.contacts.size() > first) {
+        return;
+    }
+    Contact contact = touch_contact(a, b, touch_of(a, best.a, best.n), touch_of(b, best.b, -best.n), best.n);
+    contact.feature.id =
+        list.id_base + contact_id(5, static_cast<std::uint64_t>(best.a.kind) * 4 + static_cast<std::uint64_t>(best.b.kind),
+                             static_cast<std::uint64_t>(best.a.index), static_cast<std::uint64_t>(best.b.index));
+    list.contacts.push_back(contact);
+}
+
+/// Takes out the contacts after `crossing` that lie at it: the corner of a clipped face where the edges cross is their
+/// contact once more, with another normal, and iterations over two such normals at one point come to no end.
+void drop_at(std::size_t crossing, double distance, std::vector<Contact>& contacts) {
+    const Vec3 place = contacts[crossing].at.a;
+    const auto after = contacts.begin() + static_cast<std::ptrdiff_t>(crossing) + 1;
+    contacts.erase(std::remove_if(after, contacts.end(),
+                                  [&](const Contact& contact) { return (contact.at.a - place).norm() <= distance; }),
+                   contacts.end());
+}
+
+} // namespace
+
+void convex_contacts(const Convex& a, const Convex& b, const ContactList& list) {
+    const double rounding = a.rounding + b.rounding;
+    const Separation found = find_separation(a, b, list.margin + rounding);
+    const double gap = found.best.core_gap - rounding;
+    if (found.is_beyond || gap > list.margin) {
+        return;
+    }
+    if (!found.best.is_face()) {
+        feature_contacts(a, b, found.best, list);
+        const bool cross = found.best.a.kind != Kind::vertex && found.best.b.kind != Kind::vertex;
+        if (cross && found.best_face.is_face() && found.best_face.n.dot(found.best.n) > nearly_flat) {
+            // The crossing edges keep the face's feet apart, which lie beyond its rim.
+            const bool is_a = found.best_face.is_face_of_a;
+            const std::size_t crossing = list.contacts.size() - 1;
+            ground_contacts(face_ground(is_a ? a : b, is_a ? found.best_face.a : found.best_face.b, is_a),
+                            is_a ? b : a, list, gap);
+            drop_at(crossing, same_place * (a.size + b.size), list.contacts);
+        }
+        return;
+    }
+    const bool is_a = found.best.is_face_of_a;
+    const Ground ground = face_ground(is_a ? a : b, is_a ? found.best.a : found.best.b, is_a);
+    const Convex& other = is_a ? b : a;
+    std::vector<Contact>& contacts = list.contacts;
+    const std::size_t first = contacts.size();
+    ground_contacts(ground, other, list);
+    const double lowest = std::transform_reduce(
+        contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
+        std::numeric_limits<double>::infinity(), [](double x, double y) { return std::min(x, y); },
+        [](const Contact& c) { return c.at.gap; });
+    if (lowest > gap + same_gap * other.size) {
+        // The lowest point lies on the ground's rim, or on the arc that the fixed points of a cylinder's end leave out.
+        Foot foot{.core = support_point(other, -ground.normal), .radius = other.rounding};
+        contacts.push_back(foot_contact(ground, other, foot, list.id_base + contact_id(0, 0, 0, 0)));
+    }
+}
+
+double convex_separation(const Convex& a, const Convex& b) {
+    const double rounding = a.rounding + b.rounding;
+    return find_separation(a, b, rounding + well_apart * (a.size + b.size + rounding)).best.core_gap - rounding;
+}
+
+void convex_plane_contacts(const Convex& convex, const Pose& plane, bool plane_is_b, const ContactList& list) {
+    const Ground ground{plane, plane.position, plane.orientation * Vec3::UnitZ(), !plane_is_b, 0, {}};
+    ground_contacts(ground, convex, list);
+}
+
+double convex_plane_separation(const Convex& convex, const Pose& plane) {
+    const Vec3 normal = plane.orientation * Vec3::UnitZ();
+    return normal.dot(convex.world_from_part.position - plane.position) - support_height(convex, -normal) -
+           convex.rounding;
+}
+
+} // namespace sim

@@ -1,0 +1,84 @@
+#include "sim/collide/manifold.h"
+
+namespace sim {
+namespace {
+
+/// Unit vector of d, or `fallback` where d has no direction.
+Vec3 direction_or(const Vec3& d, const Vec3& fallback) {
+    const double length = d.norm();
+    return length > 0.0 ? Vec3(d / length) : fallback;
+}
+
+} // namespace
+
+Vec3 lowest_rim_point(const Vec3& centre, const Vec3& axis, double radius, const Vec3& n) {
+    const Vec3 across = n - axis * axis.dot(n);
+    const double length = across.norm();
+    return length > 0.0 ? Vec3(centre - across * (radius / length)) : centre;
+}
+
+ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody& a, const PlacedBody& b) {
+    Vec3 core_a = a * feature.core_a;
+    Vec3 core_b = b * feature.core_b;
+    ContactGeometry g;
+    double distance = 0.0; // of the cores along n
+    switch (feature.kind) {
+    case FeatureKind::rim_on_face_a:
+        core_b = lowest_rim_point(core_b, b.rotation * feature.direction_b, feature.rim_radius,
+                                  a.rotation * feature.direction_a);
+        [[fallthrough]];
+    case FeatureKind::face_a:
+        g.n = -(a.rotation * feature.direction_a);
+        distance = g.n.dot(core_a - core_b);
+        core_a = core_b + distance * g.n;
+        break;
+    case FeatureKind::rim_on_face_b:
+        core_a = lowest_rim_point(core_a, a.rotation * feature.direction_a, feature.rim_radius,
+                                  b.rotation * feature.direction_b);
+        [[fallthrough]];
+    case FeatureKind::face_b:
+        g.n = b.rotation * feature.direction_b;
+        distance = g.n.dot(core_a - core_b);
+        core_b = core_a - distance * g.n;
+        break;
+    case FeatureKind::line_a: {
+        const Vec3 edge = a.rotation * feature.direction_a;
+        core_a += edge * edge.dot(core_b - core_a);
+        g.n = direction_or(core_a - core_b, Vec3::UnitZ());
+        distance = g.n.dot(core_a - core_b);
+        break;
+    }
+    case FeatureKind::line_b: {
+        const Vec3 edge = b.rotation * feature.direction_b;
+        core_b += edge * edge.dot(core_a - core_b);
+        g.n = direction_or(core_a - core_b, Vec3::UnitZ());
+        distance = g.n.dot(core_a - core_b);
+        break;
+    }
+    case FeatureKind::cores:
+        g.n = direction_or(core_a - core_b, Vec3::UnitZ());
+        distance = g.n.dot(core_a - core_b);
+        break;
+    case FeatureKind::edges: {
+        const Vec3 edge_a = a.rotation * feature.direction_a;
+        const Vec3 edge_b = b.rotation * feature.direction_b;
+        g.n = direction_or(feature.side * edge_a.cross(edge_b), Vec3::UnitZ());
+        distance = g.n.dot(core_a - core_b);
+        // Closest points of the two lines.
+        const double cosine = edge_a.dot(edge_b);
+        const Vec3 between = core_b - core_a;
+        const double along_a = between.dot(edge_a);
+        const double along_b = between.dot(edge_b);
+        const double denominator = 1.0 - cosine * cosine;
+        core_a += edge_a * ((along_a - cosine * along_b) / denominator);
+        core_b = core_a - distance * g.n;
+        break;
+    }
+    }
+    g.gap = distance - feature.radius_a - feature.radius_b + feature.allowance;
+    g.a = core_a - feature.radius_a * g.n;
+    g.b = g.a - g.gap * g.n;
+    return g;
+}
+
+} // namespace sim

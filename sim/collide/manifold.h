@@ -1,0 +1,87 @@
+#pragma once
+/// Contacts of a pair of bodies. Here the direction of the normal and the sign of the gap are defined:
+/// **n points from b to a; gap > 0 apart, penetration = -gap.**
+#include "sim/model/body.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace sim {
+
+/// What the gap of a contact is measured between. Core: a point, or the centre of a ball, fixed to its body.
+enum class FeatureKind : std::uint8_t {
+    face_a, ///< core of b against a face of a; direction_a is that face's outward normal
+    face_b, ///< core of a against a face of b; direction_b is that face's outward normal
+    cores,  ///< core against core (ball and ball, ball and corner)
+    line_a, ///< core of b against an edge of a with direction_a
+    line_b, ///< core of a against an edge of b with direction_b
+    edges,  ///< edge of a (direction_a) against edge of b (direction_b)
+    rim_on_face_a, ///< rim of b (centre core_b, axis direction_b) against a face of a; its lowest point touches
+    rim_on_face_b, ///< rim of a against a face of b
+};
+
+/// The features that touch, in body frames: from them gap, normal and points follow at any pose.
+struct ContactFeature {
+    std::uint64_t id = 0; ///< of the features within their pair; the same from step to step
+    FeatureKind kind = FeatureKind::cores;
+    double radius_a = 0.0;           ///< [m] ball radius around the core of a
+    double radius_b = 0.0;           ///< [m]
+    Vec3 core_a = Vec3::Zero();      ///< [m] body frame of a
+    Vec3 core_b = Vec3::Zero();      ///< [m] body frame of b
+    Vec3 direction_a = Vec3::Zero(); ///< unit, body frame of a
+    Vec3 direction_b = Vec3::Zero(); ///< unit, body frame of b
+    double rim_radius = 0.0;         ///< [m]
+    double side = 1.0;               ///< edges: n = side * (edge_a x edge_b) / |..|
+    /// [m] added to the gap: a point that a face would count as inside, while crossing edges keep the bodies
+    /// apart.
+    double allowance = 0.0;
+};
+
+/// A pose with its rotation as a matrix, for bodies whose contacts are looked at many times.
+struct PlacedBody {
+    Vec3 position = Vec3::Zero();
+    Mat3 rotation = Mat3::Identity();
+
+    PlacedBody() = default;
+    explicit PlacedBody(const Pose& pose)
+        : position(pose.position), rotation(pose.orientation.toRotationMatrix()) {}
+
+    Vec3 operator*(const Vec3& x) const { return position + rotation * x; }
+};
+
+/// Gap, normal and contact points of a feature at given poses.
+struct ContactGeometry {
+    double gap = 0.0;       ///< [m]
+    Vec3 n = Vec3::UnitZ(); ///< unit, from b to a
+    Vec3 a = Vec3::Zero();  ///< contact point on a [m]
+    Vec3 b = Vec3::Zero();  ///< contact point on b [m]; a - b = gap n
+};
+
+/// A contact: its features and their geometry at the poses the narrow phase was given.
+struct Contact {
+    ContactFeature feature;
+    ContactGeometry at;
+};
+
+/// All contacts of one pair of bodies, a < b.
+struct Manifold {
+    int body_a = -1;
+    int body_b = -1;
+    std::vector<Contact> contacts;
+};
+
+/// Geometry of a feature at the poses of its bodies. The gap is what the *geometry* says there: a ball turns without changing it.
+ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody& a, const PlacedBody& b);
+inline ContactGeometry contact_geometry(const ContactFeature& feature, const Pose& a, const Pose& b) {
+    return contact_geometry(feature, PlacedBody(a), PlacedBody(b));
+}
+
+/// The point of a rim (centre, unit axis, radius [m]) that lies farthest against n; the centre if all do.
+Vec3 lowest_rim_point(const Vec3& centre, const Vec3& axis, double radius, const Vec3& n);
+
+/// True where the surface is curved: a point fixed to the body leaves it within a step.
+inline bool is_curved(const ContactFeature& feature) {
+    return feature.radius_a > 0.0 || feature.radius_b > 0.0 || feature.rim_radius > 0.0;
+}
+
+} // namespace sim

@@ -1,0 +1,263 @@
+#include "sim/collide/narrow_phase.h"
+
+#include "sim/base/error.h"
+#include "sim/collide/box_box.h"
+#include "sim/collide/convex_pair.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace sim {
+namespace {
+
+/// Ids of contacts between part i of a and part j of b start at (i * parts + j) << 32.
+constexpr int part_id_shift = 32;
+
+/// A ball in the world and where its centre sits in its body's frame.
+struct PlacedBall {
+    double radius;
+    Vec3 centre;
+    Vec3 centre_body;
+};
+
+/// Calls f(primitive, body_from_part) for each part of a bounded shape.
+template <typename F>
+void for_each_part(const Shape& shape, F&& f) {
+    std::visit(
+        [&](const auto& s) {
+            using S = std::decay_t<decltype(s)>;
+            if constexpr (std::is_same_v<S, Compound>) {
+                for (const CompoundPart& part : s.parts) {
+                    f(part.shape, part.body_from_part);
+                }
+            } else if constexpr (!std::is_same_v<S, Plane>) {
+                f(PrimitiveShape(s), Pose{});
+            }
+        },
+        shape);
+}
+
+PlacedBall placed(const Sphere& sphere, const Pose& world_from_body, const Pose& body_from_part) {
+    return {sphere.radius, world_from_body * body_from_part.position, body_from_part.position};
+}
+
+PlacedBox placed(const Box& box, const Pose& world_from_body, const Pose& body_from_part) {
+    return {box, world_from_body, body_from_part, world_from_body * body_from_part};
+}
+
+/// What the pair loop collects: contacts within the margin, or only the least separation.
+struct Collector {
+    double margin = 0.0;
+    std::vector<Contact>* contacts = nullptr; ///< null: separation only
+    double separation = std::numeric_limits<double>::infinity();
+
+    void add_convex(const Convex& a, const Convex& b, std::uint64_t id_base) {
+        if (contacts != nullptr) {
+            convex_contacts(a, b, {margin, id_base, *contacts});
+        } else {
+            separation = std::min(separation, convex_separation(a, b));
+        }
+    }
+
+    void add_convex_plane(const Convex& convex, const Pose& plane, bool plane_is_b, std::uint64_t id_base) {
+        if (contacts != nullptr) {
+            convex_plane_contacts(convex, plane, plane_is_b, {margin, id_base, *contacts});
+        } else {
+            separation = std::min(separation, convex_plane_separation(convex, plane));
+        }
+    }
+
+    void add(const ContactFeature& feature, const Pose& a, const Pose& b) {
+        add(feature, PlacedBody(a), PlacedBody(b));
+    }
+    void add(const ContactFeature& feature, const PlacedBody& a, const PlacedBody& b) {
+        const ContactGeometry at = contact_geometry(feature, a, b);
+        separation = std::min(separation, at.gap);
+        if (contacts != nullptr && at.gap <= margin) {
+            contacts->push_back({feature, at});
+        }
+    }
+};
+
+/// Feature of a ball (centre c in the frame of the box) against the nearest part of the box's surface.
+/// Outside: the nearest corner, edge or face. Inside: the nearest face.
+ContactFeature ball_box_feature(const PlacedBall& ball, const PlacedBox& box, bool ball_is_a,
+                                std::uint64_t id_base) {
+    const Quat box_from_world = box.world_from_box.orientation.conjugate();
+    const Vec3 c = box_from_world * (ball.centre - box.world_from_box.position);
+    const Vec3& half = box.box.half_extents;
+    Vec3 nearest = c.cwiseMax(-half).cwiseMin(half);
+    int outside = 0;
+    int face_axis = 0;
+    int edge_axis = 0;
+    std::uint64_t signs = 0;
+    for (int k = 0; k < 3; ++k) {
+        if (std::abs(c[k]) > half[k]) {
+            ++outside;
+            face_axis = k;
+            signs |= (c[k] > 0.0 ? 1u : 2u) << (2 * k);
+        } else {
+            edge_axis = k;
+        }
+    }
+    if (outside == 0) {
+        (half - c.cwiseAbs()).minCoeff(&face_axis);
+        nearest[face_axis] = c[face_axis] >= 0.0 ? half[face_axis] : -half[face_axis];
+        signs = (c[face_axis] >= 0.0 ? 1u : 2u) << (2 * face_axis);
+    }
+    ContactFeature feature;
+    feature.id = id_base + signs;
+    Vec3 direction = Vec3::Zero();
+    FeatureKind kind = FeatureKind::cores;
+    if (outside <= 1) {
+        direction[face_axis] = c[face_axis] >= 0.0 ? 1.0 : -1.0;
+        kind = ball_is_a ? FeatureKind::face_b : FeatureKind::face_a;
+    } else if (outside == 2) {
+        direction[edge_axis] = 1.0;
+        kind = ball_is_a ? FeatureKind::line_b : FeatureKind::line_a;
+    }
+    feature.kind = kind;
+    const Vec3 direction_body = box.body_from_box.orientation * direction;
+    const Vec3 nearest_body = box.body_from_box * nearest;
+    if (ball_is_a) {
+        feature.core_a = ball.centre_body;
+        feature.radius_a = ball.radius;
+        feature.core_b = nearest_body;
+        feature.direction_b = direction_body;
+    } else {
+        feature.core_b = ball.centre_body;
+        feature.radius_b = ball.radius;
+        feature.core_a = nearest_body;
+        feature.direction_a = direction_body;
+    }
+    return feature;
+}
+
+/// Feature of a point or ball of one body against the surface of a half space.
+ContactFeature plane_feature(const Vec3& core_body, double radius, bool plane_is_b, std::uint64_t id) {
+    ContactFeature feature;
+    feature.id = id;
+    feature.kind = plane_is_b ? FeatureKind::face_b : FeatureKind::face_a;
+    (plane_is_b ? feature.core_a : feature.core_b) = core_body;
+    (plane_is_b ? feature.radius_a : feature.radius_b) = radius;
+    (plane_is_b ? feature.direction_b : feature.direction_a) = Vec3::UnitZ();
+    return feature;
+}
+
+/// Every part of a bounded shape against a half space.
+void against_plane(const Shape& shape, const Pose& pose_a, const Pose& pose_b, bool plane_is_b,
+                   Collector& out) {
+    const PlacedBody placed_a(pose_a);
+    const PlacedBody placed_b(pose_b);
+    std::uint64_t part_index = 0;
+    for_each_part(shape, [&](const PrimitiveShape& part, const Pose& body_from_part) {
+        const std::uint64_t id_base = part_index++ << part_id_shift;
+        if (const auto* sphere = std::get_if<Sphere>(&part)) {
+            out.add(plane_feature(body_from_part.position, sphere->radius, plane_is_b, id_base), placed_a,
+                    placed_b);
+            return;
+        }
+        if (!std::holds_alternative<Box>(part)) {
+            const Convex convex = placed(part, plane_is_b ? pose_a : pose_b, body_from_part);
+            out.add_convex_plane(convex, plane_is_b ? pose_b : pose_a, plane_is_b, id_base);
+            return;
+        }
+        const Vec3& half = std::get<Box>(part).half_extents;
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            const Vec3 x((corner & 1u) != 0 ? half.x() : -half.x(), (corner & 2u) != 0 ? half.y() : -half.y(),
+                         (corner & 4u) != 0 ? half.z() : -half.z());
+            out.add(plane_feature(body_from_part * x, 0.0, plane_is_b, id_base + corner), placed_a, placed_b);
+        }
+    });
+}
+
+/// One part of a against one part of b.
+void part_against_part(const PrimitiveShape& part_a, const Pose& pose_a, const Pose& a_from_part,
+                       const PrimitiveShape& part_b, const Pose& pose_b, const Pose& b_from_part,
+                       std::uint64_t id_base, Collector& out) {
+    const auto* sphere_a = std::get_if<Sphere>(&part_a);
+    const auto* sphere_b = std::get_if<Sphere>(&part_b);
+    const bool has_closed_form = (sphere_a != nullptr || std::holds_alternative<Box>(part_a)) &&
+                                 (sphere_b != nullptr || std::holds_alternative<Box>(part_b));
+    if (!has_closed_form) {
+        out.add_convex(placed(part_a, pose_a, a_from_part), placed(part_b, pose_b, b_from_part), id_base);
+    } else if (sphere_a != nullptr && sphere_b != nullptr) {
+        ContactFeature feature;
+        feature.id = id_base;
+        feature.core_a = a_from_part.position;
+        feature.core_b = b_from_part.position;
+        feature.radius_a = sphere_a->radius;
+        feature.radius_b = sphere_b->radius;
+        out.add(feature, pose_a, pose_b);
+    } else if (sphere_a != nullptr) {
+        const PlacedBox box = placed(std::get<Box>(part_b), pose_b, b_from_part);
+        out.add(ball_box_feature(placed(*sphere_a, pose_a, a_from_part), box, true, id_base), pose_a, pose_b);
+    } else if (sphere_b != nullptr) {
+        const PlacedBox box = placed(std::get<Box>(part_a), pose_a, a_from_part);
+        out.add(ball_box_feature(placed(*sphere_b, pose_b, b_from_part), box, false, id_base), pose_a,
+                pose_b);
+    } else {
+        const PlacedBox a = placed(std::get<Box>(part_a), pose_a, a_from_part);
+        const PlacedBox b = placed(std::get<Box>(part_b), pose_b, b_from_part);
+        const BoxAxes axes = box_box_axes(a, b);
+        if (out.contacts != nullptr) {
+            box_box_contacts(a, b, axes, out.margin, id_base, *out.contacts);
+        } else {
+            out.separation = std::min(out.separation, axes.separation());
+        }
+    }
+}
+
+void collect(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b,
+             Collector& out) {
+    const bool plane_a = std::holds_alternative<Plane>(shape_a);
+    const bool plane_b = std::holds_alternative<Plane>(shape_b);
+    CHECK(!(plane_a && plane_b));
+    if (plane_b) {
+        against_plane(shape_a, pose_a, pose_b, true, out);
+        return;
+    }
+    if (plane_a) {
+        against_plane(shape_b, pose_a, pose_b, false, out);
+        return;
+    }
+    std::uint64_t pair_index = 0;
+    for_each_part(shape_a, [&](const PrimitiveShape& part_a, const Pose& a_from_part) {
+        for_each_part(shape_b, [&](const PrimitiveShape& part_b, const Pose& b_from_part) {
+            part_against_part(part_a, pose_a, a_from_part, part_b, pose_b, b_from_part,
+                              pair_index++ << part_id_shift, out);
+        });
+    });
+}
+
+void sort_by_id(std::vector<Contact>& contacts) {
+    const auto id = [](const Contact& contact) { return contact.feature.id; };
+    if (!std::ranges::is_sorted(contacts, {}, id)) {
+        std::ranges::sort(contacts, {}, id);
+    }
+}
+
+} // namespace
+
+void find_contacts(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b,
+                   double margin, std::vector<Contact>& contacts) {
+    contacts.clear();
+    Collector out{.margin = margin, .contacts = &contacts};
+    collect(shape_a, pose_a, shape_b, pose_b, out);
+    sort_by_id(contacts);
+}
+
+void find_box_contacts(const Box& box_a, const Pose& pose_a, const Box& box_b, const Pose& pose_b, const BoxAxes& axes,
+                       double margin, std::vector<Contact>& contacts) {
+    contacts.clear();
+    box_box_contacts({box_a, pose_a, Pose{}, pose_a}, {box_b, pose_b, Pose{}, pose_b}, axes, margin, 0, contacts);
+    sort_by_id(contacts);
+}
+
+double separation(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b) {
+    Collector out;
+    collect(shape_a, pose_a, shape_b, pose_b, out);
+    return out.separation;
+}
+
+} // namespace sim

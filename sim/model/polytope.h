@@ -1,0 +1,50 @@
+#pragma once
+/// Convex polytopes: hulls of points, with their faces and edges.
+#include "sim/base/math.h"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace sim {
+
+/// A bounded convex body with flat faces. Coplanar neighbours are one face, no vertex lies within an edge.
+struct Polytope {
+    struct Edge {
+        int from = 0; ///< vertex
+        int to = 0;
+        int left = 0; ///< face whose boundary runs along it, seen from outside
+        int right = 0;
+        Vec3 direction = Vec3::UnitX(); ///< unit
+    };
+    struct Face {
+        Vec3 normal = Vec3::UnitZ(); ///< unit, outwards
+        std::vector<int> loop;       ///< vertices, counter-clockwise seen from outside
+    };
+
+    std::vector<Vec3> vertices; ///< [m]
+    std::vector<Edge> edges;
+    std::vector<Face> faces;
+    std::vector<std::vector<int>> edges_of; ///< [vertices]
+    std::vector<std::vector<int>> faces_of; ///< [vertices]
+};
+
+/// The convex hull of finite points [m]; nothing if they lie in a plane, to 1e-9 of their extent. Points that
+/// are no corners are left out.
+std::optional<Polytope> convex_hull(std::span<const Vec3> points);
+
+/// Corners at +-1.
+const Polytope& unit_cube();
+
+/// The same polytope with `offset` [m] added to its vertices.
+Polytope moved(const Polytope& polytope, const Vec3& offset);
+
+/// Volume integrals.
+struct VolumeMoments {
+    double volume = 0.0;          ///< [m^3]
+    Vec3 centroid = Vec3::Zero(); ///< [m]
+    Mat3 second = Mat3::Zero();   ///< integral of x x^T about the centroid [m^5]
+};
+VolumeMoments volume_moments(const Polytope& polytope);
+
+} // namespace sim

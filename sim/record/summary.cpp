@@ -1,0 +1,148 @@
+#include "sim/record/summary.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace sim {
+
+namespace {
+
+// Keys stay in the order written: the file is read by people too.
+using Json = nlohmann::ordered_json;
+
+Json to_json(const Vec3& v) {
+    return {v.x(), v.y(), v.z()};
+}
+
+std::string to_text(const Rational& r) {
+    return r.den == 1 ? fmt::format("{}", r.num) : fmt::format("{}/{}", r.num, r.den);
+}
+
+Json settings_json(const SceneDef& scene, int threads) {
+    const StepSettings& step = scene.step;
+    const OutputDef& output = scene.output;
+    return {{"time_step_s", step.time_step.value()},
+            {"time_step", to_text(step.time_step)},
+            {"gravity_m_s2", to_json(step.gravity)},
+            {"tolerance_m", step.tolerance},
+            {"joint_tolerance_m", step.joint_tolerance},
+            {"velocity_tolerance_m_s", step.velocity_tolerance},
+            {"resting_distance_m", step.resting_distance},
+            {"resting_speed_floor_m_s", step.resting_speed_floor},
+            {"iteration_limit", step.iteration_limit},
+            {"impacts", step.impacts == ImpactHandling::stop ? "stop" : "ahead"},
+            {"warm_start", step.warm_start},
+            {"shock_propagation", step.shock_propagation},
+            {"shock_propagation_after", step.shock_propagation_after},
+            {"threads", threads},
+            {"width_px", output.width},
+            {"height_px", output.height},
+            {"smooth_edges", output.smooth_edges},
+            {"soft_shadows", output.soft_shadows},
+            {"ambient_occlusion", output.ambient_occlusion},
+            {"shadow_size_px", output.shadow_size},
+            {"crf", output.crf},
+            {"effort", output.effort},
+            {"shutter", output.shutter},
+            {"subframes", output.subframes},
+            {"fps", to_text(output.fps)},
+            {"duration_s", output.duration.value()},
+            {"record_every", output.record_every},
+            {"camera", output.camera},
+            {"overrides", scene.overrides}};
+}
+
+Json mechanics_json(const Mechanics& m) {
+    return {{"kinetic_energy_J", m.kinetic_energy},
+            {"potential_energy_J", m.potential_energy},
+            {"energy_J", m.kinetic_energy + m.potential_energy},
+            {"momentum_N_s", to_json(m.momentum)},
+            {"angular_momentum_N_m_s", to_json(m.angular_momentum)}};
+}
+
+/// Overlap is promised to stay within the tolerance.
+Json preset_json(const SceneDef& scene, const Summary& summary) {
+    const PresetResult& result = summary.preset;
+    return {{"name", result.preset},
+            {"promised",
+             {{"error", result.error}, {"cost_s_per_s", result.cost}, {"overlap_m", scene.step.tolerance}}},
+            {"reached",
+             {{"error", result.error_reached},
+              {"cost_s_per_s", result.cost_reached},
+              {"overlap_m", summary.totals.max_penetration}}}};
+}
+
+} // namespace
+
+void StepTotals::add(const StepReport& report) {
+    ++steps;
+    pairs += report.pairs;
+    collisions += report.collisions;
+    contacts += report.contacts;
+    collision_iterations += report.collision_iterations;
+    contact_iterations += report.contact_iterations;
+    impacts_stopped_at += report.impacts_stopped_at;
+    divisions += report.divisions;
+    steps_at_iteration_limit += report.at_iteration_limit ? 1 : 0;
+    max_contacts = std::max<std::int64_t>(max_contacts, report.contacts);
+    max_residual = std::max(max_residual, report.residual);
+    max_penetration = std::max(max_penetration, report.max_penetration);
+    for (int i = 0; i < stage_count; ++i) {
+        stage_ms[i] += report.stage_ms[i];
+    }
+}
+
+std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
+    const StepTotals& totals = summary.totals;
+    const auto per_step = [&totals](double sum) { return sum / std::max<double>(1.0, double(totals.steps)); };
+    Json stages = Json::object();
+    for (int i = 0; i < stage_count; ++i) {
+        stages[stage_names[i]] = per_step(totals.stage_ms[i]);
+    }
+    Json files = Json::array();
+    for (const WrittenFile& file : summary.files) {
+        files.push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+    }
+    Json picture_stages = Json::object();
+    for (const auto& [stage, ms] : summary.picture_ms) {
+        picture_stages[stage] = ms;
+    }
+    Json json = {{"program", "tumble " TUMBLE_VERSION},
+                 {"scene", scene.name},
+                 {"title", scene.title},
+                 {"bodies", scene.bodies.size()},
+                 {"joints", scene.joints.size()},
+                 {"settings", settings_json(scene, summary.threads)},
+                 {"steps", totals.steps},
+                 {"simulated_time_s", summary.simulated_time},
+                 {"wall_time_s", summary.wall_time},
+                 {"stage_ms_per_step", stages},
+                 {"pairs_per_step", per_step(double(totals.pairs))},
+                 {"collisions_per_step", per_step(double(totals.collisions))},
+                 {"contacts_per_step", per_step(double(totals.contacts))},
+                 {"max_contacts", totals.max_contacts},
+                 {"iterations_per_step", per_step(double(totals.contact_iterations))},
+                 {"collision_iterations_per_step", per_step(double(totals.collision_iterations))},
+                 {"steps_at_iteration_limit", totals.steps_at_iteration_limit},
+                 {"impacts_stopped_at", totals.impacts_stopped_at},
+                 {"divisions", totals.divisions},
+                 {"max_residual_m", totals.max_residual},
+                 {"max_penetration_m", totals.max_penetration},
+                 {"start", mechanics_json(summary.start)},
+                 {"end", mechanics_json(summary.end)},
+                 {"state_hash", fmt::format("{:016x}", summary.state_hash)},
+                 {"shaders_hash", summary.shaders_hash},
+                 {"renderer", summary.renderer},
+                 {"processor", summary.processor},
+                 {"picture_ms_per_frame", picture_stages},
+                 {"files", files}};
+    if (!summary.preset.preset.empty()) {
+        json["preset"] = preset_json(scene, summary);
+    }
+    // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+} // namespace sim

@@ -1,0 +1,64 @@
+#pragma once
+/// What a run reports: settings as used, counts, residuals, times, energies, hash and files, as JSON.
+#include "sim/base/file_io.h"
+#include "sim/base/step_report.h"
+#include "sim/model/scene_def.h"
+#include "sim/model/snapshot.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace sim {
+
+/// Sums over the steps of one run. Its size does not depend on their number.
+struct StepTotals {
+    std::int64_t steps = 0;
+    std::int64_t pairs = 0;
+    std::int64_t collisions = 0;
+    std::int64_t contacts = 0;
+    std::int64_t collision_iterations = 0;
+    std::int64_t contact_iterations = 0;
+    std::int64_t impacts_stopped_at = 0;
+    std::int64_t divisions = 0;
+    std::int64_t steps_at_iteration_limit = 0;
+    std::int64_t max_contacts = 0;              ///< of one step
+    double max_residual = 0.0;                  ///< [m]
+    double max_penetration = 0.0;               ///< [m], geometry of the poses after each step
+    std::array<double, stage_count> stage_ms{}; ///< [ms]
+
+    void add(const StepReport& report);
+};
+
+/// What a preset promises and what a run with it reached. Errors as in a study of the scene; NaN: not known.
+struct PresetResult {
+    std::string preset;       ///< empty: the run was asked for none
+    double error = 0.0;
+    double cost = 0.0;        ///< [s] processor time for a simulated second
+    double error_reached = 0.0; ///< at the end, of a scene that names a law
+    double cost_reached = 0.0;
+};
+
+/// Everything a run reports.
+struct Summary {
+    StepTotals totals;
+    int threads = 1;
+    double wall_time = 0.0;      ///< [s], from start to the last file but this one
+    double simulated_time = 0.0; ///< [s]
+    Mechanics start;
+    Mechanics end;
+    std::uint64_t state_hash = 0; ///< of the last state
+    std::string shaders_hash;     ///< of the pictures; empty if there are none
+    std::string renderer;         ///< OpenGL library; empty without pictures
+    std::string processor;        ///< what the bytes of pictures depend on
+    std::vector<std::pair<std::string, double>> picture_ms; ///< processor time of a frame [ms] by stage
+    PresetResult preset;
+    std::vector<WrittenFile> files;
+};
+
+/// summary.json. A number that is not finite is written as null.
+std::string summary_to_json(const SceneDef& scene, const Summary& summary);
+
+} // namespace sim

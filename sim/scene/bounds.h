@@ -1,0 +1,25 @@
+#pragma once
+/// What of a scene double precision cannot compute to the scene's tolerances: looked for once, when it is
+/// loaded.
+#include "sim/model/scene_def.h"
+
+#include <optional>
+#include <string>
+
+namespace sim {
+
+/// Largest turn of a body in contact, and largest phase of joints that vibrate under load, in one step [rad]. Steps are
+/// divided for both, into parts of half a radian or so: beyond, a run would seem to hang.
+inline constexpr double largest_turn_in_step = 2048.0;
+
+/// The first quantity of a scene beyond its bound.
+struct Excess {
+    int body = -1;       ///< index into bodies; -1: of the simulation or of a joint
+    std::string key;     ///< the key that is to blame
+    std::string message; ///< one sentence: the quantity, its value and the bound
+};
+
+/// Nothing if all quantities are within the bounds that follow from rounding, tolerances and the step.
+std::optional<Excess> find_excess(const SceneDef& scene);
+
+} // namespace sim

@@ -1,0 +1,420 @@
+#include "sim/scene/file.h"
+
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+#include "sim/scene/body.h"
+#include "sim/scene/bounds.h"
+#include "sim/scene/layer.h"
+#include "sim/scene/overlap.h"
+#include "sim/scene/pattern.h"
+#include "sim/scene/section.h"
+#include "sim/scene/shape.h"
+#include "sim/scene/study.h"
+#include "sim/scene/tree.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+namespace sim {
+
+namespace {
+
+/// What joints call the ground when they hold a body in the world.
+constexpr std::string_view world_name = "world";
+
+/// Where a body's name and position stand in the text.
+struct BodyPlaces {
+    TextPlace name;
+    TextPlace position;
+};
+
+/// A scene while it is read. Places are kept for the checks that need all bodies.
+struct Loading {
+    const TextSource& source;
+    SceneDef scene;
+    std::map<std::string, int> body_index; ///< by name
+    std::vector<BodyPlaces> places;        ///< [body_count]
+};
+
+/// How messages call a table of an array: by its name, or by its number from 0.
+std::string title_of(std::string_view kind, const TreeNode& node, std::size_t index) {
+    const TreeNode* name = node.find("name");
+    return name != nullptr && name->kind == TreeKind::text ? fmt::format("{} '{}'", kind, name->text)
+                                                           : fmt::format("{} {}", kind, index);
+}
+
+// --- settings --------------------------------------------------------------------------------------------
+
+StepSettings read_simulation(const TextSource& source, const TreeNode& node) {
+    Section section(source, node, scene_section("simulation"), "simulation");
+    StepSettings step;
+    step.time_step = section.fraction("time_step");
+    step.gravity = section.vector("gravity");
+    step.tolerance = section.number("tolerance");
+    step.joint_tolerance = section.number("joint_tolerance");
+    step.velocity_tolerance = section.number("velocity_tolerance");
+    step.resting_distance = section.number("resting_distance");
+    step.resting_speed_floor = section.number("resting_speed_floor");
+    step.iteration_limit = section.integer("iteration_limit");
+    step.impacts = static_cast<ImpactHandling>(section.choice("impacts"));
+    step.warm_start = section.boolean("warm_start");
+    step.shock_propagation = section.boolean("shock_propagation");
+    step.shock_propagation_after = section.integer("shock_propagation_after");
+    return step;
+}
+
+OutputDef read_output(const TextSource& source, const TreeNode& node) {
+    Section section(source, node, scene_section("output"), "output");
+    OutputDef output = output_of(static_cast<Preset>(section.choice("preset")));
+    for (const auto& [key, value] :
+         {std::pair("width", &output.width), std::pair("height", &output.height),
+          std::pair("shadow_size", &output.shadow_size), std::pair("crf", &output.crf)}) {
+        *value = section.has(key) ? section.integer(key) : *value;
+    }
+    for (const auto& [key, value] :
+         {std::pair("smooth_edges", &output.smooth_edges), std::pair("soft_shadows", &output.soft_shadows),
+          std::pair("ambient_occlusion", &output.ambient_occlusion)}) {
+        *value = section.has(key) ? section.boolean(key) : *value;
+    }
+    if (section.has("effort")) {
+        output.effort = choices_of(
+            *scene_section("output").find("effort"))[static_cast<std::size_t>(section.choice("effort"))];
+    }
+    output.shutter = section.number("shutter");
+    output.subframes = section.integer("subframes");
+    output.fps = section.fraction("fps");
+    output.duration = section.fraction("duration");
+    output.record_every = section.integer("record_every");
+    output.camera = section.has("camera") ? section.text("camera") : "";
+    if (frame_count(output.duration, output.fps) < 1) {
+        section.fail("duration",
+                     fmt::format("duration {} s at {} frames a second makes no frame, expected at least "
+                                 "{:.4g} s",
+                                 output.duration.value(), output.fps.value(), 0.5 / output.fps.value()));
+    }
+    return output;
+}
+
+LightDef read_light(const TextSource& source, const TreeNode& node) {
+    Section section(source, node, scene_section("light"), "light");
+    LightDef light;
+    light.to_sun = section.direction("to_sun");
+    light.sun_color = section.color("sun_color");
+    light.sun_intensity = section.number("sun_intensity");
+    light.sky_zenith = section.color("sky_zenith");
+    light.sky_horizon = section.color("sky_horizon");
+    light.sky_intensity = section.number("sky_intensity");
+    return light;
+}
+
+// --- bodies ----------------------------------------------------------------------------------------------
+
+std::vector<std::string> body_names(const SceneDef& scene) {
+    std::vector<std::string> names;
+    for (const BodyDef& body : scene.bodies) {
+        names.push_back(body.name);
+    }
+    return names;
+}
+
+/// Of the position's component that an override gave, of the position, or of the name.
+TextPlace place_of_position(const TreeNode& node) {
+    const TreeNode* position = node.find("position");
+    if (position == nullptr) {
+        return node.find("name")->place;
+    }
+    for (const TreeNode& component : position->children) {
+        if (component.place.assignment >= 0) {
+            return component.place;
+        }
+    }
+    return position->place;
+}
+
+void add_body(Loading& loading, BodyDef body, const TreeNode& node) {
+    const TreeNode* name = node.find("name");
+    if (body.name == world_name) {
+        fail_at(loading.source, name->place,
+                "a body is named 'world', expected another name: joints call the ground so");
+    }
+    const auto [first, is_new] =
+        loading.body_index.emplace(body.name, static_cast<int>(loading.scene.bodies.size()));
+    if (!is_new) {
+        const TextPlace& other = loading.places[static_cast<std::size_t>(first->second)].name;
+        fail_at(loading.source, name->place,
+                fmt::format("body '{}' has the same name as the one at {}, expected another name", body.name,
+                            loading.source.describe(other)));
+    }
+    loading.places.push_back({name->place, place_of_position(node)});
+    loading.scene.bodies.push_back(std::move(body));
+}
+
+void read_bodies(Loading& loading, Section& top) {
+    std::size_t index = 0;
+    for (const TreeNode* node : top.tables("body")) {
+        add_body(loading, read_body(loading.source, *node, title_of("body", *node, index++)), *node);
+    }
+    index = 0;
+    for (const TreeNode* node : top.tables("funnel")) {
+        for (BodyDef& plate : read_funnel(loading.source, *node, title_of("funnel", *node, index++))) {
+            add_body(loading, std::move(plate), *node);
+        }
+    }
+    index = 0;
+    for (const TreeNode* node : top.tables("lattice")) {
+        for (BodyDef& body : read_lattice(loading.source, *node, title_of("lattice", *node, index++))) {
+            add_body(loading, std::move(body), *node);
+        }
+    }
+}
+
+// --- joints ----------------------------------------------------------------------------------------------
+
+/// Index of a body, -1 for the world.
+int find_body(const Loading& loading, const std::string& name, const TextPlace& place,
+              const std::string& title) {
+    if (name == world_name) {
+        return -1;
+    }
+    const auto found = loading.body_index.find(name);
+    if (found == loading.body_index.end()) {
+        fail_at(loading.source, place,
+                fmt::format("{}: there is no body '{}'{}", title, name,
+                            suggestion(name, body_names(loading.scene))));
+    }
+    return found->second;
+}
+
+void read_joint(Loading& loading, const TreeNode& node, const std::string& title) {
+    Section section(loading.source, node, scene_section("joint"), title);
+    JointDef joint;
+    joint.name = section.text("name");
+    joint.kind = static_cast<JointKind>(section.choice("kind"));
+    const std::vector<std::string> names = section.names("bodies");
+    const TextPlace place = section.place_of("bodies");
+    joint.body_a = find_body(loading, names[0], place, title);
+    joint.body_b = names.size() > 1 ? find_body(loading, names[1], place, title) : -1;
+    if (joint.body_a < 0) {
+        std::swap(joint.body_a, joint.body_b);
+    }
+    const auto is_held = [&](int body) {
+        return body < 0 || loading.scene.bodies[static_cast<std::size_t>(body)].is_static();
+    };
+    if (joint.body_a == joint.body_b && joint.body_a >= 0) {
+        section.fail("bodies", fmt::format("joins '{}' to itself, expected two bodies", names[0]));
+    }
+    if (is_held(joint.body_a) && is_held(joint.body_b)) {
+        section.fail("bodies", "neither body can move, expected at least one that is not static");
+    }
+    joint.anchor = section.vector("anchor");
+    if (joint.kind == JointKind::hinge) {
+        joint.axis = section.direction("axis");
+    }
+    joint.is_drawn = section.boolean("drawn");
+    section.finish("in a ball joint");
+    for (const JointDef& other : loading.scene.joints) {
+        if (other.name == joint.name) {
+            section.fail("name", "the name is taken by an earlier joint, expected another");
+        }
+    }
+    loading.scene.joints.push_back(std::move(joint));
+}
+
+// --- cameras ---------------------------------------------------------------------------------------------
+
+void check_view(const Section& section, const CameraKey& key, std::string_view at) {
+    if (key.eye == key.target) {
+        section.fail(at, "eye and target are the same point, expected two different ones");
+    }
+}
+
+std::vector<CameraKey> read_camera_keys(Section& camera) {
+    std::vector<CameraKey> keys;
+    for (const TreeNode* node : camera.tables("keys")) {
+        Section section(camera.source(), *node, scene_section("camera.keys"),
+                        fmt::format("{} key {}", camera.title(), keys.size()));
+        keys.push_back({section.number("time"), section.vector("eye"), section.vector("target")});
+        check_view(section, keys.back(), "eye");
+        if (keys.size() > 1 && keys.back().time <= keys[keys.size() - 2].time) {
+            section.fail("time", fmt::format("time is {}, expected more than that of the key before, {}",
+                                             keys.back().time, keys[keys.size() - 2].time));
+        }
+    }
+    return keys;
+}
+
+void read_camera(Loading& loading, const TreeNode& node, const std::string& title) {
+    Section section(loading.source, node, scene_section("camera"), title);
+    CameraDef camera;
+    camera.name = section.text("name");
+    camera.kind = static_cast<CameraKind>(section.choice("kind"));
+    camera.fov_degrees = section.number("fov_degrees");
+    if (section.has("keys") && camera.kind == CameraKind::keys) {
+        camera.keys = read_camera_keys(section);
+        section.finish("beside keys");
+        if (camera.keys.empty()) {
+            section.fail("keys", "keys is an empty array, expected at least one key");
+        }
+    } else {
+        camera.keys = {{0.0, section.vector("eye"), section.vector("target")}};
+        check_view(section, camera.keys[0], "eye");
+    }
+    if (camera.kind == CameraKind::orbit) {
+        camera.period = section.number("period");
+    }
+    if (camera.kind == CameraKind::follow) {
+        const std::string name = section.text("body");
+        camera.body = find_body(loading, name, section.place_of("body"), title);
+        if (camera.body < 0) {
+            section.fail("body", "the world cannot be followed, expected the name of a body");
+        }
+    }
+    section.finish(fmt::format("in a camera of this kind"));
+    for (const CameraDef& other : loading.scene.cameras) {
+        if (other.name == camera.name) {
+            section.fail("name", "the name is taken by an earlier camera, expected another");
+        }
+    }
+    loading.scene.cameras.push_back(std::move(camera));
+}
+
+/// A view of all bodies that have an end, for a scene without cameras.
+CameraDef default_camera(const SceneDef& scene) {
+    CameraDef camera;
+    camera.keys = {CameraKey{}};
+    Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity());
+    Vec3 upper = -lower;
+    for (const BodyDef& body : scene.bodies) {
+        const Bounds box = bounds(body.shape, body.pose);
+        if (box.lower.allFinite()) {
+            lower = lower.cwiseMin(box.lower);
+            upper = upper.cwiseMax(box.upper);
+        }
+    }
+    if (lower.allFinite()) {
+        // The ball around the bounding box fills the vertical opening but for a tenth.
+        const double radius = (upper - lower).norm() / 2.0;
+        const double distance = 1.1 * radius / std::sin(camera.fov_degrees / 2.0 * std::numbers::pi / 180.0);
+        camera.keys[0].target = (lower + upper) / 2.0;
+        camera.keys[0].eye = camera.keys[0].target + distance * Vec3(0.55, -0.75, 0.37).normalized();
+    }
+    return camera;
+}
+
+void read_cameras(Loading& loading, Section& top) {
+    std::size_t index = 0;
+    for (const TreeNode* node : top.tables("camera")) {
+        read_camera(loading, *node, title_of("camera", *node, index++));
+    }
+    if (loading.scene.cameras.empty()) {
+        loading.scene.cameras.push_back(default_camera(loading.scene));
+    }
+}
+
+/// output.camera must be one of the cameras.
+void check_chosen_camera(const Loading& loading, const TreeNode& output) {
+    const std::string& name = loading.scene.output.camera;
+    std::vector<std::string> names;
+    for (const CameraDef& camera : loading.scene.cameras) {
+        names.push_back(camera.name);
+    }
+    if (!name.empty() && std::ranges::find(names, name) == names.end()) {
+        fail_at(loading.source, output.find("camera")->place,
+                fmt::format("output: there is no camera '{}'{}", name, suggestion(name, names)));
+    }
+}
+
+// --- the whole scene -------------------------------------------------------------------------------------
+
+/// Bodies must not overlap at the start: the solver would throw them apart.
+void check_overlaps(const Loading& loading) {
+    const std::optional<StartOverlap> overlap = find_start_overlap(loading.scene);
+    if (!overlap) {
+        return;
+    }
+    const auto name = [&](int body) { return loading.scene.bodies[static_cast<std::size_t>(body)].name; };
+    const std::string others =
+        overlap->pair_count > 1 ? fmt::format(", the deepest of {}{} overlaps", overlap->pair_count,
+                                              overlap->pair_count == most_overlaps ? " or more" : "")
+                                : "";
+    fail_at(
+        loading.source, loading.places[static_cast<std::size_t>(overlap->body_b)].position,
+        fmt::format(
+            "body '{}' overlaps body '{}' by {:.4g} m at the start{}, expected at most the tolerance, {} m",
+            name(overlap->body_b), name(overlap->body_a), overlap->penetration, others,
+            loading.scene.step.tolerance));
+}
+
+/// No quantity may be beyond what can be computed to the tolerances.
+void check_bounds(const Loading& loading, const TreeNode& simulation) {
+    const std::optional<Excess> excess = find_excess(loading.scene);
+    if (!excess) {
+        return;
+    }
+    if (excess->body < 0) {
+        const TreeNode* value = simulation.find(excess->key);
+        fail_at(loading.source, value != nullptr ? value->place : simulation.place, excess->message);
+    }
+    const BodyPlaces& places = loading.places[static_cast<std::size_t>(excess->body)];
+    fail_at(loading.source, excess->key == "position" ? places.position : places.name, excess->message);
+}
+
+/// "scenes/funnel.toml" -> "funnel".
+std::string stem_of(const std::string& file) {
+    return std::filesystem::path(file).stem().string();
+}
+
+} // namespace
+
+SceneDef parse_scene(const std::string& text, const std::string& file,
+                     std::span<const std::string> overrides) {
+    const TextSource source{file, {overrides.begin(), overrides.end()}};
+    TreeNode root = parse_tree(text, source);
+    for (std::size_t i = 0; i < overrides.size(); ++i) {
+        apply_assignment(root, source, static_cast<int>(i));
+    }
+
+    Section top(source, root, scene_section(""), "top of the file");
+    const TreeNode empty;
+    const auto table = [&](std::string_view key) -> const TreeNode& {
+        return top.has(key) ? top.table(key) : empty;
+    };
+    Loading loading{source, {}, {}, {}};
+    SceneDef& scene = loading.scene;
+    scene.name = stem_of(file);
+    scene.title = top.text("title");
+    scene.step = read_simulation(source, table("simulation"));
+    scene.output = read_output(source, table("output"));
+    scene.light = read_light(source, table("light"));
+    read_study(source, table("study")); // for what is wrong with it: study_of() reads it where it is wanted
+    read_bodies(loading, top);
+    std::size_t index = 0;
+    for (const TreeNode* node : top.tables("joint")) {
+        read_joint(loading, *node, title_of("joint", *node, index++));
+    }
+    read_cameras(loading, top);
+    check_chosen_camera(loading, table("output"));
+    const BodyFinder find = [&](const std::string& name, const TextPlace& place, const std::string& title) {
+        return find_body(loading, name, place, title);
+    };
+    scene.overlay = read_overlay(source, table("overlay"), find);
+    index = 0;
+    for (const TreeNode* node : top.tables("plot")) {
+        scene.plots.push_back(read_plot(source, *node, fmt::format("plot {}", index++), scene, find));
+    }
+    check_bounds(loading, table("simulation"));
+    check_overlaps(loading);
+    scene.text = text_with_points(text, root, source);
+    scene.overrides = source.assignments;
+    return std::move(loading.scene);
+}
+
+SceneDef load_scene(const std::filesystem::path& path, std::span<const std::string> overrides) {
+    return parse_scene(read_text_file(path), path.string(), overrides);
+}
+
+} // namespace sim

@@ -1,0 +1,579 @@
+#include "sim/scene/keys.h"
+
+#include "sim/base/error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace sim {
+
+namespace {
+
+constexpr KeyRange any{};
+constexpr KeyRange positive{0.0, std::numeric_limits<double>::infinity(), true};
+constexpr KeyRange not_negative{0.0};
+constexpr KeyRange unit_interval{0.0, 1.0};
+
+constexpr std::string_view none; ///< may be left out
+
+using Keys = std::vector<KeySpec>;
+using enum KeyType;
+
+/// One list made of several.
+Keys operator+(Keys a, const Keys& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+// --- groups of keys that several tables share ------------------------------------------------------------
+
+const Keys kind_keys{{"kind", choice, "", required_key, "what the shape is; each kind has its own keys", any,
+                      "box sphere cylinder capsule hull rock plane compound"}};
+
+const Keys box_keys = kind_keys + Keys{
+    {"half_extents", vector, "m", none, "half the edges along x, y, z; this or `size`", positive, ""},
+    {"size", vector, "m", none, "the edges along x, y, z; this or `half_extents`", positive, ""},
+};
+
+const Keys sphere_keys = kind_keys + Keys{
+    {"radius", number, "m", required_key, "radius of the sphere, centred at the origin of its frame",
+     positive, ""},
+};
+
+const Keys cylinder_keys = kind_keys + Keys{
+    {"radius", number, "m", required_key, "of the cylinder, whose axis is z", positive, ""},
+    {"length", number, "m", required_key, "along z, half of it on each side of the origin", positive, ""},
+};
+
+const Keys capsule_keys = kind_keys + Keys{
+    {"radius", number, "m", required_key, "of the cylinder along z and of the half balls at its ends", positive, ""},
+    {"length", number, "m", required_key, "between the half balls' centres", positive, ""},
+};
+
+const Keys hull_keys = kind_keys + Keys{
+    {"points", points, "m", none, "whose convex hull it is; points that lie within are left out; this or `file`", any,
+     ""},
+    {"file", text, "", none,
+     "OBJ file, relative to the scene file, whose vertices [m] are the points. Its faces are not used", any, ""},
+};
+
+const Keys rock_keys = kind_keys + Keys{
+    {"size", vector, "m", required_key, "axes of the ellipsoid on which its corners lie", positive, ""},
+    {"corners", integer, "", "16", "random points whose convex hull it is", {4, 1000}, ""},
+    {"seed", integer, "", "1", "of those points; in a lattice each body adds its number", {0, 9e15}, ""},
+};
+
+const Keys orientation_keys{
+    {"orientation", quaternion, "", none, "unit quaternion w, x, y, z: world from body", any, ""},
+    {"axis_angle_degrees", axis_angle, "", none, "axis x, y, z and the angle about it [degrees]", any, ""},
+    {"euler_degrees", vector, "degrees", none, "turned about the fixed x axis, then y, then z", any, ""},
+};
+
+const Keys part_keys =
+    Keys{{"position", vector, "m", "[0, 0, 0]", "of the part's frame in the compound's frame", any, ""}} +
+    orientation_keys;
+
+const Keys material_keys{
+    {"restitution", number, "", none, "e of an impact; 0: no rebound, 1: no loss", unit_interval, ""},
+    {"friction", number, "", none, "sets mu_s and mu_d both", not_negative, ""},
+    {"mu_s", number, "", none, "static friction coefficient, at least mu_d; with mu_d", not_negative, ""},
+    {"mu_d", number, "", none, "dynamic friction coefficient; with mu_s", not_negative, ""},
+};
+
+const Keys look_keys{
+    {"color", color, "", "[0.7, 0.7, 0.7]", "of the surface; a plane without one is dark", unit_interval, ""},
+    {"pattern", choice, "", "\"plain\"", "drawn on the surface so that its turning is seen", any,
+     "plain stripes checker grid"},
+    {"pattern_color", color, "", "[0.15, 0.15, 0.15]", "of the pattern; on a plane, of its grid",
+     unit_interval, ""},
+    {"roughness", number, "", "0.5", "of the surface: small is shiny", {0.05, 1.0}, ""},
+    {"metallic", number, "", "0.0", "0: like plastic, 1: like metal", unit_interval, ""},
+    {"visible", boolean, "", "true", "whether it is drawn", any, ""},
+};
+
+const Keys placed_body_keys{
+    {"name", text, "", required_key, "how messages, joints, cameras and `--set` call it; unique", any, ""},
+    {"position", vector, "m", "[0, 0, 0]", "of the origin of the shape's frame", any, ""},
+};
+
+/// What a body of a pattern has too.
+const Keys template_body_keys =
+    Keys{
+        {"shape", table, "", required_key, "what it collides as; see the tables of shapes", any,
+         "{ kind = ... }"},
+        {"static", boolean, "", "false", "never moves; has no mass and no velocity", any, ""},
+        {"density", number, "kg/m^3", none,
+         "of a homogeneous body; parts of a compound are summed as if they did not overlap. 1000 if neither "
+         "density "
+         "nor mass is given",
+         positive, ""},
+        {"mass", number, "kg", none, "instead of density: homogeneous unless inertia is given", positive, ""},
+        {"centre_of_mass", vector, "m", none,
+         "in the shape's frame; with mass and inertia. Left out: that of the homogeneous body", any, ""},
+        {"inertia", moments, "kg m^2", none,
+         "about the centre of mass, axes of the shape's frame: xx, yy, zz or xx, yy, zz, xy, xz, yz (entries "
+         "of the "
+         "matrix); with mass",
+         any, ""},
+    } +
+    orientation_keys +
+    Keys{
+        {"velocity", vector, "m/s", "[0, 0, 0]", "of the centre of mass at the start", any, ""},
+        {"angular_velocity", vector, "rad/s", "[0, 0, 0]", "at the start, in the world's axes", any, ""},
+    } +
+    material_keys + look_keys +
+    Keys{{"lathe", pairs, "m", none,
+          "(radius, z) points from bottom to top of the shape's frame: a surface of revolution about its z "
+          "axis that "
+          "is drawn instead of the shape",
+          any, ""}};
+
+const Keys camera_key_keys{
+    {"time", number, "s", required_key, "larger than that of the key before", not_negative, ""},
+    {"eye", vector, "m", required_key, "where the camera is", any, ""},
+    {"target", vector, "m", required_key, "what it looks at", any, ""},
+};
+
+// --- the tables ------------------------------------------------------------------------------------------
+
+SectionSpec top_section() {
+    return {"",
+            "top of the file",
+            "Keys before the first table, and the tables themselves.",
+            {
+                {"title", text, "", "\"\"", "one line on what the scene shows", any, ""},
+                {"simulation", table, "", none, "how it is computed", any, "[simulation]"},
+                {"output", table, "", none, "what is written", any, "[output]"},
+                {"light", table, "", none, "sun and sky", any, "[light]"},
+                {"overlay", table, "", none, "text and more over the pictures", any, "[overlay]"},
+                {"plot", tables, "", none, "plots over the pictures", any, "[[plot]]"},
+                {"study", table, "", none, "what `tumble study` holds it against", any, "[study]"},
+                {"camera", tables, "", none, "cameras; without one all bodies are brought into view", any,
+                 "[[camera]]"},
+                {"body", tables, "", none, "bodies", any, "[[body]]"},
+                {"lattice", tables, "", none, "many equal bodies in a lattice", any, "[[lattice]]"},
+                {"funnel", tables, "", none, "four plates from a square mouth to a square throat", any,
+                 "[[funnel]]"},
+                {"joint", tables, "", none, "joints", any, "[[joint]]"},
+            }};
+}
+
+SectionSpec simulation_section() {
+    return {
+        "simulation",
+        "[simulation]",
+        "Every tolerance and limit of the solver.",
+        {
+            {"time_step", fraction, "s", "0.001", "h; independent of the frame rate", {0.0, 1.0, true}, ""},
+            {"gravity", vector, "m/s^2", "[0, 0, -9.81]", "g; z is up", any, ""},
+            {"tolerance", number, "m", "1e-4", "largest gap error of a resting contact and largest overlap",
+             positive, ""},
+            {"joint_tolerance", number, "m", "1e-10", "largest gap of a joint", positive, ""},
+            {"velocity_tolerance", number, "m/s", "1e-7",
+             "the iteration ends when no contact changes by more", positive, ""},
+            {"resting_distance", number, "m", "1e-4",
+             "eps_c: an approach slower than sqrt(2 g eps_c) is a resting contact, a faster one an impact",
+             positive, ""},
+            {"resting_speed_floor", number, "m/s", "1e-6", "least value of that speed, for zero gravity",
+             positive, ""},
+            {"iteration_limit", integer, "sweeps", "2000", "of one solve", {1, 1e9}, ""},
+            {"impacts", choice, "", "\"ahead\"",
+             "`ahead`: contacts are placed before an impact, cheap with many bodies; `stop`: the step is "
+             "divided at "
+             "the time of impact",
+             any, "ahead stop"},
+            {"warm_start", boolean, "", "true", "start from the impulses of the last step", any, ""},
+            {"shock_propagation", boolean, "", "false", "solve level by level upward from the static bodies",
+             any, ""},
+            {"shock_propagation_after",
+             integer,
+             "sweeps",
+             "10",
+             "before shock propagation begins",
+             {0, 1e9},
+             ""},
+        }};
+}
+
+SectionSpec output_section() {
+    return {"output",
+            "[output]",
+            "The film and the trajectory.",
+            {
+                {"preset", choice, "", "\"standard\"",
+                 "gives the next eight keys where they are left out: draft, standard, final", any,
+                 "draft standard final"},
+                {"width", integer, "px", none, "of a frame: 1280, 1280, 1920", {1, 16384}, ""},
+                {"height", integer, "px", none, "of a frame: 720, 720, 1080", {1, 16384}, ""},
+                {"smooth_edges", boolean, "", none, "false, true, true", any, ""},
+                {"soft_shadows", boolean, "", none, "false, true, true", any, ""},
+                {"ambient_occlusion", boolean, "", none, "less sky where bodies are near: false, true, true", any, ""},
+                {"shadow_size", integer, "px", none, "side of the shadow map: 512, 1024, 2048", {64, 8192}, ""},
+                {"crf", integer, "", none, "rate factor of the film, 0: lossless: 23, 18, 16", {0, 51}, ""},
+                {"effort", choice, "", none,
+                 "of the film's encoder, against its size: ultrafast, veryfast (searching less for motion than x264's "
+                 "own), medium", any,
+                 "ultrafast superfast veryfast faster fast medium slow slower veryslow"},
+                {"shutter", number, "", "0",
+                 "motion blur: share of the time between two frames in which the shutter is open", unit_interval,
+                 ""},
+                {"subframes", integer, "", "8", "pictures that a blurred frame is the mean of", {1, 256}, ""},
+                {"fps", fraction, "1/s", "60", "frame k shows step round(k / (fps h))", {0.0, 1e4, true}, ""},
+                {"duration",
+                 fraction,
+                 "s",
+                 "6",
+                 "round(duration fps) frames, at least one",
+                 {0.0, 1e6, true},
+                 ""},
+                {"record_every",
+                 integer,
+                 "steps",
+                 "0",
+                 "a trajectory record every so many steps; 0: one a frame",
+                 {0, 1e9},
+                 ""},
+                {"camera", text, "", none, "name of the camera; left out: the first", any, ""},
+            }};
+}
+
+std::vector<SectionSpec> body_sections() {
+    return {
+        {"body", "[[body]]", "One body.", placed_body_keys + template_body_keys},
+        {"shape box", "shape = { kind = \"box\", ... }",
+         "Edges along the axes of its frame, centred at its origin.", box_keys},
+        {"shape sphere", "shape = { kind = \"sphere\", ... }", "Centred at the origin of its frame.",
+         sphere_keys},
+        {"shape cylinder", "shape = { kind = \"cylinder\", ... }", "Axis along z, centred at its origin.",
+         cylinder_keys},
+        {"shape capsule", "shape = { kind = \"capsule\", ... }",
+         "All points within a radius of a segment along z, centred at its origin.", capsule_keys},
+        {"shape hull", "shape = { kind = \"hull\", ... }", "The convex hull of points.", hull_keys},
+        {"shape rock", "shape = { kind = \"rock\", ... }",
+         "The convex hull of random points; the same seed gives the same rock for ever.", rock_keys},
+        {"shape plane", "shape = { kind = \"plane\" }",
+         "The half space z <= 0 of its frame: ground without an end. Static bodies only.", kind_keys},
+        {"shape compound",
+         "shape = { kind = \"compound\", ... }",
+         "Several parts that move together.",
+         kind_keys + Keys{{"parts", tables, "", required_key,
+                           "bounded shapes of one piece, at least one; they may overlap", any,
+                           "[{ kind = ... }]"}}},
+        {"part box", "parts = [{ kind = \"box\", ... }]", "A box in a compound.", box_keys + part_keys},
+        {"part sphere", "parts = [{ kind = \"sphere\", ... }]", "A sphere in a compound.",
+         sphere_keys + part_keys},
+        {"part cylinder", "parts = [{ kind = \"cylinder\", ... }]", "A cylinder in a compound.",
+         cylinder_keys + part_keys},
+        {"part capsule", "parts = [{ kind = \"capsule\", ... }]", "A capsule in a compound.",
+         capsule_keys + part_keys},
+        {"part hull", "parts = [{ kind = \"hull\", ... }]", "A hull in a compound.", hull_keys + part_keys},
+        {"part rock", "parts = [{ kind = \"rock\", ... }]", "A rock in a compound.", rock_keys + part_keys},
+    };
+}
+
+std::vector<SectionSpec> pattern_sections() {
+    return {
+        {"lattice",
+         "[[lattice]]",
+         "Equal bodies in rows, columns and layers, named NAME_0, NAME_1, ... (x first).",
+         {
+             {"name", text, "", required_key, "beginning of the bodies' names", any, ""},
+             {"count", counts, "", required_key, "bodies along x, y, z", {1, 1e6}, ""},
+             {"spacing", vector, "m", required_key, "between neighbours along x, y, z", any, ""},
+             {"origin", vector, "m", "[0, 0, 0]", "position of the first body", any, ""},
+             {"turn_max_degrees",
+              number,
+              "degrees",
+              "0",
+              "each body is turned by a random angle up to this about a random axis",
+              {0.0, 180.0},
+              ""},
+             {"seed",
+              integer,
+              "",
+              "1",
+              "of those turns; the same seed gives the same turns for ever",
+              {0, 9e15},
+              ""},
+             {"palette", colors, "", none, "colour of each layer, in turn; left out: that of the body",
+              unit_interval, ""},
+             {"body", table, "", required_key, "keys of `[[body]]` but name and position", any,
+              "{ shape = ... }"},
+         }},
+        {"lattice.body", "[lattice.body]", "The body of a lattice.", template_body_keys},
+        {"funnel", "[[funnel]]",
+         "Four static plates about the z axis, named NAME_east, NAME_north, NAME_west, NAME_south, closed at "
+         "the "
+         "corners. Lengths are measured at their inner surfaces.",
+         Keys{
+             {"name", text, "", required_key, "beginning of the plates' names", any, ""},
+             {"position", vector, "m", "[0, 0, 0]", "of the point on its axis from which heights count", any,
+              ""},
+             {"mouth", number, "m", required_key, "edge of the square above, larger than the throat",
+              positive, ""},
+             {"mouth_height", number, "m", required_key, "larger than the throat's height", any, ""},
+             {"throat", number, "m", required_key, "edge of the square below", positive, ""},
+             {"throat_height", number, "m", required_key, "where the square below is", any, ""},
+             {"thickness", number, "m", required_key, "of the plates", positive, ""},
+         } + material_keys +
+             look_keys},
+        {"joint",
+         "[[joint]]",
+         "Holds two bodies together, or one in the world.",
+         {
+             {"name", text, "", required_key, "how messages and `--set` call it; unique", any, ""},
+             {"kind", choice, "", required_key,
+              "`ball`: the anchors stay together; `hinge`: the axes stay parallel too", any, "ball hinge"},
+             {"bodies", names, "", required_key,
+              "names of two bodies; only one, or \"world\": held by the world", any, ""},
+             {"anchor", vector, "m", required_key, "point that both share, in the world at the start", any,
+              ""},
+             {"axis", direction, "", none, "of a hinge, in the world at the start", any, ""},
+             {"drawn", boolean, "", "true", "as a rod from the anchor to the first body's centre of mass",
+              any, ""},
+         }},
+    };
+}
+
+std::vector<SectionSpec> view_sections() {
+    return {
+        {"camera",
+         "[[camera]]",
+         "A view.",
+         {
+             {"name", text, "", required_key, "how `output.camera` calls it; unique", any, ""},
+             {"kind", choice, "", "\"keys\"",
+              "`keys`: fixed, or moving smoothly from key to key; `orbit`: the eye turns about the target's "
+              "vertical; `follow`: eye and target are offsets from a body's centre of mass",
+              any, "keys orbit follow"},
+             {"fov_degrees", number, "degrees", "40", "vertical opening", {1.0, 150.0}, ""},
+             {"eye", vector, "m", none, "where the camera is; with target", any, ""},
+             {"target", vector, "m", none, "what it looks at; with eye", any, ""},
+             {"keys", tables, "", none, "instead of eye and target: see below", any, "[{ time = ... }]"},
+             {"period", number, "s", "20", "of an orbit", positive, ""},
+             {"body", text, "", none, "name of the body to follow", any, ""},
+         }},
+        {"camera.keys", "keys = [{ ... }]", "What a moving camera sees at one time.", camera_key_keys},
+        {"light",
+         "[light]",
+         "Sun and sky.",
+         {
+             {"to_sun", direction, "", "[0.4, -0.5, 0.8]", "from the ground towards the sun", any, ""},
+             {"sun_color", color, "", "[1.0, 0.96, 0.90]", "of its light", unit_interval, ""},
+             {"sun_intensity", number, "", "3.4",
+              "its brightness: a white surface that faces it has this radiance", not_negative, ""},
+             {"sky_zenith", color, "", "[0.90, 0.95, 1.00]",
+              "colour straight above: most of the light in shadows", unit_interval, ""},
+             {"sky_horizon", color, "", "[0.07, 0.10, 0.16]", "colour at the horizon: the background",
+              unit_interval, ""},
+             {"sky_intensity", number, "", "1.0", "its brightness", not_negative, ""},
+         }},
+    };
+}
+
+SectionSpec study_section() {
+    return {"study",
+            "[study]",
+            "What `tumble study` takes as the truth. Without it: a converged solution of the same scene.",
+            {
+                {"law", choice, "", "\"none\"",
+                 "the closed form of its motion: a box on an inclined plane; a ball that bounces, or that slips until "
+                 "it rolls; bodies that rest; one body without gravity",
+                 any, "none sliding_block bouncing_ball rolling_ball tower free_rotation"},
+                {"seed_key", text, "", none,
+                 "key of a whole number, such as lattice.cube.seed, that is varied from run to run: the motion is "
+                 "chaotic, and errors are those of the means over the runs",
+                 any, ""},
+                {"gate_height", number, "m", "0", "bodies below it have passed: throughput; with seed_key", any, ""},
+                {"promises", pairs, "", none,
+                 "error and cost (processor time of a simulated second) that a study found of the presets preview, "
+                 "standard, accurate: three pairs; a run with --preset tells what it reached beside them",
+                 any, ""},
+            }};
+}
+
+std::vector<SectionSpec> overlay_sections() {
+    return {
+        {"overlay",
+         "[overlay]",
+         "Text, contacts, paths and plots over the pictures, and what bodies are coloured by.",
+         {
+             {"show", words, "", "[]",
+              "what is drawn: the scene's `title`; `time`, number of loaded `contacts` and `energy` as text; "
+              "contact `points` (sticking and sliding in two colours), `normals`, and `impulses` as arrows, of contacts "
+              "in a step and of impacts since the frame before, each at a scale of its own; `trails` of "
+              "centres of mass; `contact_paths`, where bodies were touched, on them and in the world; the `plots`",
+              any, "title time contacts energy points normals impulses trails contact_paths plots"},
+             {"color_by", choice, "", "\"look\"",
+              "`look`: as the bodies say; `material`, `body`: a colour each; `speed` [m/s], number of "
+              "`contacts`, sum of normal `impulse`s in one step [N s]: moving bodies on a scale, with a legend",
+              any, "look material body speed contacts impulse"},
+             {"color_range", interval, "", none, "of that scale; left out: chosen from the scene", any, ""},
+             {"arrow_scale", number, "m/(N s)", none, "length of the arrow of a contact's impulse; left out: chosen "
+              "from the scene", positive, ""},
+             {"trail_time", number, "s", none, "how far back trails reach; left out: to the start", positive,
+              ""},
+             {"bodies", texts, "", none, "names of the bodies with trails and contact paths; left out: all "
+              "that move", any, ""},
+             {"plots_at", choice, "", "\"bottom_right\"", "corner of the picture that the plots are in", any,
+              "bottom_right top_right"},
+             {"zero_height", number, "m", "0", "where potential energy counts from", any, ""},
+         }},
+        {"plot",
+         "[[plot]]",
+         "A curve over time that grows with the film; drawn if `overlay.show` has \"plots\".",
+         {
+             {"title", text, "", "\"\"", "above the plot; left out: the quantity", any, ""},
+             {"quantity", choice, "", required_key,
+              "`energy`: kinetic, potential and their sum [J]; `inclination` of a body's z axis to the "
+              "vertical [degrees]; `distance` of a body's centre of mass from its place at the start [m]; "
+              "number of loaded `contacts`",
+              any, "energy inclination distance contacts"},
+             {"bodies", texts, "", none, "names of the bodies, a curve each; not for energy and contacts", any,
+              ""},
+             {"range", interval, "", none, "of the quantity; left out: grows with it", any, ""},
+             {"closed_form_on", text, "", none,
+              "name of the box down whose top the bodies slide: with the distance that Coulomb's friction "
+              "gives in closed form, as a dashed curve",
+              any, ""},
+         }},
+    };
+}
+
+std::vector<SectionSpec> all_sections() {
+    std::vector<SectionSpec> sections{top_section(), simulation_section(), output_section()};
+    for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), view_sections(), overlay_sections(),
+                                                  {study_section()}}) {
+        sections.insert(sections.end(), group.begin(), group.end());
+    }
+    return sections;
+}
+
+std::string describe_range(const KeyRange& range) {
+    const bool has_lower = range.lower > any.lower;
+    const bool has_upper = range.upper < any.upper;
+    if (has_lower && has_upper && !range.is_lower_open) {
+        return fmt::format(" {}..{}", range.lower, range.upper);
+    }
+    std::string result;
+    if (has_lower) {
+        result += fmt::format(" {} {}", range.is_lower_open ? ">" : ">=", range.lower);
+    }
+    if (has_upper) {
+        result += fmt::format("{} <= {}", has_lower ? " and" : "", range.upper);
+    }
+    return result;
+}
+
+} // namespace
+
+const KeySpec* SectionSpec::find(std::string_view name) const {
+    const auto found = std::ranges::find(keys, name, &KeySpec::name);
+    return found == keys.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> SectionSpec::key_names() const {
+    std::vector<std::string> result;
+    for (const KeySpec& key : keys) {
+        result.emplace_back(key.name);
+    }
+    return result;
+}
+
+std::span<const SectionSpec> scene_sections() {
+    static const std::vector<SectionSpec> sections = all_sections();
+    return sections;
+}
+
+const SectionSpec& scene_section(std::string_view path) {
+    const std::span<const SectionSpec> sections = scene_sections();
+    const auto found = std::ranges::find(sections, path, &SectionSpec::path);
+    CHECK(found != sections.end());
+    return *found;
+}
+
+std::vector<std::string> choices_of(const KeySpec& key) {
+    std::vector<std::string> result;
+    std::string_view rest = key.choices;
+    while (!rest.empty()) {
+        const std::size_t end = std::min(rest.find(' '), rest.size());
+        result.emplace_back(rest.substr(0, end));
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    return result;
+}
+
+std::string describe_expected(const KeySpec& key) {
+    const std::string range = describe_range(key.range);
+    const std::string unit = key.unit.empty() ? "" : fmt::format(" [{}]", key.unit);
+    switch (key.type) {
+    case number:
+        return (range.empty() ? "a finite number" : "a number" + range) + unit;
+    case integer:
+        return "an integer" + range + unit;
+    case boolean:
+        return "true or false";
+    case text:
+        return "a text";
+    case choice: {
+        const std::vector<std::string> words = choices_of(key);
+        std::string result;
+        for (std::size_t i = 0; i < words.size(); ++i) {
+            result += (i == 0 ? "\"" : i + 1 == words.size() ? " or \"" : ", \"") + words[i] + "\"";
+        }
+        return result;
+    }
+    case fraction:
+        return "a number" + range + " or a text such as \"1/60\"" + unit;
+    case vector:
+        return (range.empty() ? "three finite numbers" : "three numbers" + range) + unit;
+    case direction:
+        return "three finite numbers, not all zero";
+    case quaternion:
+        return "four numbers w, x, y, z whose squares sum to 1";
+    case axis_angle:
+        return "four finite numbers: an axis x, y, z, not all zero, and an angle [degrees]";
+    case moments:
+        return "three or six finite numbers" + unit;
+    case counts:
+        return "three integers" + range;
+    case KeyType::color:
+        return "three numbers 0..1 (linear RGB) or \"#rrggbb\" (sRGB)";
+    case colors:
+        return "an array of colours, each three numbers 0..1 (linear RGB) or \"#rrggbb\" (sRGB)";
+    case pairs:
+        return "an array of at least two [radius, z]" + unit + ", radius >= 0, z not falling";
+    case points:
+        return "an array of at least four [x, y, z]" + unit;
+    case names:
+        return "one or two names of bodies";
+    case texts:
+        return "an array of names of bodies";
+    case words: {
+        std::string result = "an array of";
+        for (const std::string& word : choices_of(key)) {
+            result += (result.back() == 'f' ? " \"" : ", \"") + word + "\"";
+        }
+        return result;
+    }
+    case interval:
+        return "two numbers, the first less than the second" + unit;
+    case table:
+        return fmt::format("a table: {}", key.choices);
+    case tables:
+        return fmt::format("an array of tables: {}", key.choices);
+    }
+    return "";
+}
+
+std::string describe_component(const KeySpec& key) {
+    const std::string range = describe_range(key.range);
+    const std::string unit = key.unit.empty() ? "" : fmt::format(" [{}]", key.unit);
+    if (key.type == counts) {
+        return "an integer" + range + unit;
+    }
+    return (range.empty() ? "a finite number" : "a number" + range) + unit;
+}
+
+} // namespace sim

@@ -1,0 +1,106 @@
+#include "sim/scene/model.h"
+
+#include "sim/model/integrate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <set>
+
+namespace sim {
+
+namespace {
+
+using Test = std::function<bool(const BodyDef&)>;
+
+/// "5 bodies, such as 'plate'"; empty if there is none.
+std::string bodies_where(const SceneDef& scene, const Test& test) {
+    const auto count = std::ranges::count_if(scene.bodies, test);
+    if (count == 0) {
+        return {};
+    }
+    const std::string& first = std::ranges::find_if(scene.bodies, test)->name;
+    return count == 1 ? fmt::format("'{}'", first) : fmt::format("{} bodies, such as '{}'", count, first);
+}
+
+/// "0.1" or "0.1 to 0.7" of the values above zero; empty if there is none.
+std::string range_of(const SceneDef& scene, std::optional<double> MaterialDef::*value) {
+    std::set<double> values;
+    for (const BodyDef& body : scene.bodies) {
+        if ((body.material.*value).value_or(0.0) > 0.0) {
+            values.insert(*(body.material.*value));
+        }
+    }
+    if (values.empty()) {
+        return {};
+    }
+    return values.size() == 1 ? fmt::format("{}", *values.begin())
+                              : fmt::format("{} to {}", *values.begin(), *values.rbegin());
+}
+
+std::string friction_of(const SceneDef& scene) {
+    const std::string mu_s = range_of(scene, &MaterialDef::mu_s), mu_d = range_of(scene, &MaterialDef::mu_d);
+    if (mu_s.empty() || mu_s == mu_d) {
+        return mu_s;
+    }
+    return fmt::format("static {}, dynamic {}", mu_s, mu_d.empty() ? "0" : mu_d);
+}
+
+template <class Kind>
+bool has_part(const Shape& shape) {
+    if (const auto* compound = std::get_if<Compound>(&shape)) {
+        return std::ranges::any_of(compound->parts, [](const CompoundPart& part) {
+            return std::holds_alternative<Kind>(part.shape);
+        });
+    }
+    return std::holds_alternative<Kind>(shape);
+}
+
+/// Neither box, ball nor plane: a pair with one is searched for by its support points.
+bool is_convex_part(const BodyDef& body) {
+    return has_part<Cylinder>(body.shape) || has_part<Capsule>(body.shape) || has_part<Hull>(body.shape);
+}
+
+/// A free rotation is then no rotation about a fixed axis (sim/model/integrate.cpp).
+bool has_unequal_moments(const BodyDef& body) {
+    return !body.is_static() && make_body_props(body).inertia_kind != InertiaKind::spherical;
+}
+
+std::string joints_of(const SceneDef& scene) {
+    const auto count = [&](JointKind kind) { return std::ranges::count(scene.joints, kind, &JointDef::kind); };
+    const auto balls = count(JointKind::ball), hinges = count(JointKind::hinge);
+    std::string text = balls > 0 ? fmt::format("{} ball", balls) : "";
+    return text + (hinges > 0 ? fmt::format("{}{} hinge", balls > 0 ? ", " : "", hinges) : "");
+}
+
+} // namespace
+
+std::vector<ModelPart> model_parts(const SceneDef& scene) {
+    const StepSettings& step = scene.step;
+    const auto moving = std::ranges::count_if(scene.bodies, [](const BodyDef& b) { return !b.is_static(); });
+    const bool may_touch = moving > 0 && scene.bodies.size() > 1;
+    std::vector<ModelPart> parts;
+    const auto add = [&parts](const char* name, const std::string& reason) {
+        parts.push_back({name, !reason.empty(), reason});
+    };
+    add("contacts", may_touch ? fmt::format("{} moving bodies, {} in all", moving, scene.bodies.size()) : "");
+    add("restitution", may_touch ? range_of(scene, &MaterialDef::restitution) : "");
+    add("friction", may_touch ? friction_of(scene) : "");
+    add("joints", joints_of(scene));
+    add("support points (libccd)", may_touch ? bodies_where(scene, is_convex_part) : "");
+    add("compounds", bodies_where(scene, [](const BodyDef& b) { return std::holds_alternative<Compound>(b.shape); }));
+    add("gyroscopic term", bodies_where(scene, has_unequal_moments));
+    add("contacts ahead of impacts",
+        may_touch && step.impacts == ImpactHandling::ahead ? "simulation.impacts is \"ahead\"" : "");
+    add("stop at impacts", may_touch && step.impacts == ImpactHandling::stop ? "simulation.impacts is \"stop\"" : "");
+    add("warm start", may_touch && step.warm_start ? "simulation.warm_start is true" : "");
+    add("shock propagation", may_touch && step.shock_propagation
+                                 ? fmt::format("simulation.shock_propagation is true; after {} sweeps",
+                                               step.shock_propagation_after)
+                                 : "");
+    return parts;
+}
+
+} // namespace sim

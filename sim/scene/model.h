@@ -1,0 +1,20 @@
+#pragma once
+/// Which parts of the model a scene switches on, and why: what a part needs must be there, and a setting may turn it
+/// off. The others cost a branch a step.
+#include "sim/model/scene_def.h"
+
+#include <string>
+#include <vector>
+
+namespace sim {
+
+struct ModelPart {
+    std::string name;   ///< "friction"
+    bool is_on = false;
+    std::string reason; ///< of one that is on: "mu 0.1 in 1005 bodies"
+};
+
+/// All parts, in the order of a step.
+std::vector<ModelPart> model_parts(const SceneDef& scene);
+
+} // namespace sim

@@ -1,0 +1,144 @@
+#include "sim/scene/summary.h"
+
+#include "sim/base/rational.h"
+#include "sim/scene/model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace sim {
+
+namespace {
+
+/// Names of the alternatives of Shape, in its order, singular and plural.
+constexpr std::array<std::array<const char*, 2>, std::variant_size_v<Shape>> shape_names{
+    {{"plane", "planes"},
+     {"box", "boxes"},
+     {"sphere", "spheres"},
+     {"cylinder", "cylinders"},
+     {"capsule", "capsules"},
+     {"hull", "hulls"},
+     {"compound", "compounds"}}};
+
+std::string joined(const std::vector<std::string>& parts) {
+    return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+/// "1000 dynamic (1000 boxes)".
+std::string describe_bodies(const SceneDef& scene, bool is_static) {
+    std::array<int, shape_names.size()> counts{};
+    int total = 0;
+    for (const BodyDef& body : scene.bodies) {
+        if (body.is_static() == is_static) {
+            ++counts[body.shape.index()];
+            ++total;
+        }
+    }
+    std::vector<std::string> parts;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+        if (counts[i] > 0) {
+            parts.push_back(fmt::format("{} {}", counts[i], shape_names[i][counts[i] == 1 ? 0 : 1]));
+        }
+    }
+    const std::string shapes = parts.empty() ? "" : fmt::format(" ({})", joined(parts));
+    return fmt::format("{} {}{}", total, is_static ? "static" : "dynamic", shapes);
+}
+
+std::string describe_joints(const SceneDef& scene) {
+    const auto count = [&](JointKind kind) {
+        return std::ranges::count(scene.joints, kind, &JointDef::kind);
+    };
+    const auto to_world =
+        std::ranges::count_if(scene.joints, [](const JointDef& joint) { return joint.body_b < 0; });
+    std::vector<std::string> parts;
+    for (const auto& [number, name] :
+         {std::pair(count(JointKind::ball), "ball"), {count(JointKind::hinge), "hinge"}}) {
+        if (number > 0) {
+            parts.push_back(fmt::format("{} {}", number, name));
+        }
+    }
+    if (to_world > 0) {
+        parts.push_back(fmt::format("{} to the world", to_world));
+    }
+    return parts.empty() ? "none" : joined(parts);
+}
+
+/// "0.001 s" or "1/240 s": whichever is exact and short.
+std::string describe_fraction(Rational x) {
+    const std::string decimal = fmt::format("{}", x.value());
+    return parse_rational(decimal) == x && decimal.size() <= 8 ? decimal : fmt::format("{}/{}", x.num, x.den);
+}
+
+std::string describe_camera(const CameraDef& camera, bool is_chosen) {
+    std::string kind;
+    switch (camera.kind) {
+    case CameraKind::keys:
+        kind = camera.keys.size() == 1 ? "fixed" : fmt::format("{} keys", camera.keys.size());
+        break;
+    case CameraKind::orbit:
+        kind = fmt::format("orbit in {} s", camera.period);
+        break;
+    case CameraKind::follow:
+        kind = "follows a body";
+        break;
+    }
+    return fmt::format("'{}' ({}{})", camera.name, kind, is_chosen ? ", chosen" : "");
+}
+
+} // namespace
+
+std::string describe_scene(const SceneDef& scene) {
+    const StepSettings& step = scene.step;
+    const OutputDef& output = scene.output;
+    double mass = 0.0;
+    for (const BodyDef& body : scene.bodies) {
+        mass += body.mass.mass;
+    }
+    const std::int64_t frames = frame_count(output.duration, output.fps);
+    std::vector<std::string> cameras;
+    for (const CameraDef& camera : scene.cameras) {
+        cameras.push_back(describe_camera(camera, scene.cameras.size() > 1 && camera.name == output.camera));
+    }
+
+    std::string text =
+        scene.title.empty() ? scene.name + "\n" : fmt::format("{}: {}\n", scene.name, scene.title);
+    const auto line = [&](const char* name, const std::string& value) {
+        text += fmt::format("  {:<11} {}\n", name, value);
+    };
+    line("bodies", fmt::format("{}, {}", describe_bodies(scene, false), describe_bodies(scene, true)));
+    line("mass", fmt::format("{:.6g} kg", mass));
+    line("joints", describe_joints(scene));
+    line("steps", fmt::format("{} of {} s; {} s", step_count(output.duration, step.time_step),
+                              describe_fraction(step.time_step), describe_fraction(output.duration)));
+    line("frames", fmt::format("{} of {} x {} at {} a second", frames, output.width, output.height,
+                               describe_fraction(output.fps)));
+    line("trajectory", output.record_every == 0
+                           ? "one record a frame"
+                           : fmt::format("one record every {} steps", output.record_every));
+    line("gravity", fmt::format("{} {} {} m/s^2", step.gravity.x(), step.gravity.y(), step.gravity.z()));
+    line("tolerances",
+         fmt::format("{} m contact, {} m joint, {} m/s impact, at most {} sweeps", step.tolerance,
+                     step.joint_tolerance, step.velocity_tolerance, step.iteration_limit));
+    std::vector<std::string> unused;
+    const char* title = "model"; // of the first line only
+    for (const ModelPart& part : model_parts(scene)) {
+        if (part.is_on) {
+            line(title, fmt::format("{}: {}", part.name, part.reason));
+            title = "";
+        } else {
+            unused.push_back(part.name);
+        }
+    }
+    if (!unused.empty()) {
+        line("not used", joined(unused));
+    }
+    line("cameras", joined(cameras));
+    for (const std::string& assignment : scene.overrides) {
+        line("set", assignment);
+    }
+    return text;
+}
+
+} // namespace sim

@@ -1,0 +1,358 @@
+#include "sim/solve/collision_solver.h"
+
+#include "sim/solve/time_of_impact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace sim {
+namespace {
+
+/// In a dense heap a contact may collide again and again within one instant. From this pass on restitution is
+/// raised to a growing power, as that many impacts in a row would have it: e = 1 stays 1 (a row of n equal
+/// balls needs n passes), smaller values soon end the passes.
+constexpr int first_repeated_pass = 8;
+constexpr double passes_per_impact = 4.0;
+constexpr int collision_pass_limit = 400; // then the contacts that still approach are left to the resting solve
+
+/// Blocks are passed over while their bodies changed by less than this share [-] of the velocity tolerance.
+constexpr double collision_skip_share = 0.2;
+
+/// Targets that a rigid motion misses by this share [-] of the velocity tolerance are met on average.
+constexpr double collision_slack_share = 0.1;
+
+/// Kinetic energy a pass may add to rounding, as a share [-] of the energy before it.
+constexpr double energy_rounding = 1e-13;
+
+double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity, std::span<const std::size_t> included) {
+    double energy = 0.0;
+    for (const std::size_t i : included) {
+        if (!bodies.props[i].is_static()) {
+            const Vec3 momentum =
+                angular_momentum(bodies.props[i], bodies.pose[i].orientation, velocity[i].w);
+            energy += 0.5 * (velocity[i].v.squaredNorm() / bodies.props[i].inverse_mass +
+                             velocity[i].w.dot(momentum));
+        }
+    }
+    return energy;
+}
+
+double restitution_in_pass(double e, int pass) {
+    return pass < first_repeated_pass
+               ? e
+               : std::pow(e, 1.0 + (pass - first_repeated_pass + 1) / passes_per_impact);
+}
+
+/// Points of contact lie within this many bounding radii [-] of a body's centre.
+constexpr double outermost = 1.01;
+
+/// What tells a collision in one pass.
+struct Pass {
+    int number = 0;
+    double threshold = 0.0; ///< [m/s] slower contacts rest
+    double reach = 0.0;     ///< [m] contacts farther apart do not touch,
+    double soon = 0.0;      ///< [s] unless they do within this time
+};
+
+/// Slack [m/s] of a contact that is no collision, however fast it is.
+constexpr double no_end = std::numeric_limits<double>::infinity();
+
+/// Speed of approach [m/s] up to which a contact with this gap is no collision.
+double limit_of(double gap, const Pass& pass) {
+    return gap <= pass.reach ? pass.threshold : pass.soon > 0.0 ? std::max(pass.threshold, gap / pass.soon) : no_end;
+}
+
+/// How much the velocities of the pair may change at its contacts [m/s] before one is a collision, whatever their
+/// normals; 0 or less: one may be.
+double slack_of_pair(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity,
+                     const Pass& pass) {
+    const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+    const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+    double fastest = (velocity[a].v - velocity[b].v).norm();
+    for (const std::size_t i : {a, b}) {
+        fastest += bodies.props[i].is_static() ? 0.0
+                                               : outermost * bodies.props[i].bounding_radius * velocity[i].w.norm();
+    }
+    return limit_of(pair.least_gap, pass) - fastest;
+}
+
+/// How fast a contact approaches [m/s]: now, and as it does in this pass: 0 if it is no collision.
+struct Approach {
+    double now = 0.0;
+    double in_pass = 0.0;
+};
+Approach approach_of(const Bodies& bodies, const PairContacts& pair, std::size_t i, std::span<const Velocity> velocity,
+                     const Pass& pass) {
+    const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+    const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+    const ContactGeometry& at = pair.manifold.contacts[i].at;
+    const Vec3 u_rel =
+        velocity[a].at(at.a - bodies.pose[a].position) - velocity[b].at(at.b - bodies.pose[b].position);
+    const double now = -u_rel.dot(at.n);
+    const double approach = pass.number == 0 ? std::max(now, pair.memory[i].approach_speed) : now;
+    const bool is_apart = at.gap > std::max(pass.reach, now * pass.soon);
+    return {now, is_apart || approach <= pass.threshold ? 0.0 : approach};
+}
+
+/// The same of its contacts as they are; -no_end: one is a collision.
+double slack_of_contacts(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity,
+                         const Pass& pass) {
+    double slack = no_end;
+    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
+        const Approach approach = approach_of(bodies, pair, i, velocity, pass);
+        if (approach.in_pass > 0.0) {
+            return -no_end;
+        }
+        slack = std::min(slack, limit_of(pair.manifold.contacts[i].at.gap, pass) - approach.now);
+    }
+    return slack;
+}
+
+/// from + s (to - from) of these bodies.
+void blend(std::span<const Velocity> from, std::span<const Velocity> to, double s,
+           std::span<const std::size_t> included, std::span<Velocity> result) {
+    for (const std::size_t i : included) {
+        result[i] = {from[i].v + s * (to[i].v - from[i].v), from[i].w + s * (to[i].w - from[i].w)};
+    }
+}
+
+} // namespace
+
+/// Blocks of this pass. Returns false if no contact is a collision.
+bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts> pairs,
+                              const StepSettings& settings, std::span<const Velocity> velocity, int pass) {
+    const Pass now{.number = pass,
+                   .threshold = resting_threshold(settings),
+                   .reach = std::max(touch_gap(settings), simultaneous_gap),
+                   .soon = settings.impacts == ImpactHandling::stop ? shortest_interval(settings) : 0.0};
+    loop_.clear();
+    sources_.clear();
+    energy_owed_ = 0.0;
+    collides_.resize(pairs.size());
+    watched_.resize(pairs.size());
+    loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+        std::vector<std::size_t> near; // pairs whose contacts are to be looked at
+        near.reserve(last - first);
+        for (std::size_t k = first; k < last; ++k) {
+            Watched& pair = watched_[k];
+            if (pass == 0) {
+                pair.a = static_cast<std::size_t>(pairs[k].manifold.body_a);
+                pair.b = static_cast<std::size_t>(pairs[k].manifold.body_b);
+            }
+            const double changed = changed_[pair.a] + changed_[pair.b];
+            collides_[k] = 0;
+            if (pass > 0 && joints_.empty() && changed <= pair.quiet_until) {
+                continue;
+            }
+            const double slack = pass == 0 && pairs[k].was_ahead ? 0.0 : slack_of_pair(bodies, pairs[k], velocity, now);
+            if (slack > 0.0) {
+                pair.quiet_until = changed + slack;
+            } else {
+                near.push_back(k);
+            }
+        }
+        for (std::size_t i = 0; i < near.size(); ++i) {
+            if (i + ahead_pairs < near.size()) {
+                for (const Contact& contact : pairs[near[i + ahead_pairs]].manifold.contacts) {
+                    fetch(&contact.at, sizeof(contact.at));
+                }
+            }
+            const std::size_t k = near[i];
+            const double slack = slack_of_contacts(bodies, pairs[k], velocity, now);
+            collides_[k] = slack == -no_end;
+            watched_[k].quiet_until = changed_[watched_[k].a] + changed_[watched_[k].b] + slack;
+        }
+    });
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        if (collides_[k] == 0) {
+            continue;
+        }
+        const PairContacts& pair = pairs[k];
+        geometry_.clear();
+        targets_.clear();
+        for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
+            const Approach approach = approach_of(bodies, pair, i, velocity, now);
+            if (approach.in_pass == 0.0) {
+                continue;
+            }
+            if (pass == 0) {
+                energy_owed_ += pair.memory[i].energy_taken;
+            }
+            if (impacts != nullptr) {
+                sources_.push_back({k, i, approach.now});
+            }
+            geometry_.push_back(pair.manifold.contacts[i].at);
+            targets_.push_back(restitution_in_pass(pair.material.restitution, pass) * approach.in_pass);
+        }
+        const std::size_t first_block = loop_.blocks.size();
+        const std::size_t first_point = loop_.points.size();
+        loop_.append(bodies, pair.manifold.body_a, pair.manifold.body_b, geometry_, pair.material);
+        for (std::size_t i = 0; i < targets_.size(); ++i) {
+            loop_.points[first_point + i].u_n_target = targets_[i];
+        }
+        for (std::size_t i = first_block; i < loop_.blocks.size(); ++i) {
+            loop_.blocks[i].twist_before = tangential_part(relative_twist(loop_.blocks[i], velocity));
+        }
+    }
+    if (!TogetherSweeps::fits(loop_)) {
+        loop_.arrange(bodies);
+    }
+    return !loop_.empty();
+}
+
+int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& velocity,
+                             const StepSettings& settings, bool& converged) {
+    int count = 0;
+    const double skip = joints_.empty() ? collision_skip_share * settings.velocity_tolerance : -1.0;
+    const bool together = TogetherSweeps::fits(loop_);
+    together ? together_.begin(loop_, bodies) : loop_.load_batches(bodies);
+    double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
+    for (converged = false; count < settings.iteration_limit && !converged; ++count) {
+        const double missing = joints_.solve(velocity);
+        change = together ? together_.sweep(loop_, bodies, velocity)
+                          : loop_.sweep(velocity, skip, collision_slack_share * settings.velocity_tolerance,
+                                        projections_in(count, change, settings.velocity_tolerance));
+        converged = change <= settings.velocity_tolerance &&
+                    (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
+    }
+    joints_.solve(velocity);
+    if (!together) {
+        loop_.store_impulses();
+    }
+    return count;
+}
+
+/// If the pass added energy, goes back along the line to its plastic solution as far as needed. The kinetic
+/// energy is a quadratic on that line and the plastic end has lost energy, so the crossing is unique;
+/// friction stays inside its cone, which is convex. Returns the energy taken away [J].
+double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity,
+                                    const StepSettings& settings) {
+    const double start = kinetic_energy(bodies, before_, in_pass_) + energy_owed_;
+    const double elastic = kinetic_energy(bodies, velocity, in_pass_);
+    if (elastic <= start * (1.0 + energy_rounding)) {
+        return 0.0;
+    }
+    if (impacts != nullptr) {
+        elastic_ = loop_.points;
+    }
+    for (ContactPoint& point : loop_.points) {
+        point.u_n_target = 0.0;
+        point.p_n = 0.0;
+        point.p_t.setZero();
+    }
+    plastic_.resize(velocity.size());
+    middle_.resize(velocity.size());
+    for (const std::size_t i : in_pass_) {
+        plastic_[i] = before_[i];
+    }
+    bool converged = true;
+    iterate(bodies, plastic_, settings, converged);
+    blend(plastic_, velocity, 0.5, in_pass_, middle_);
+    const double e0 = kinetic_energy(bodies, plastic_, in_pass_);
+    const double e_half = kinetic_energy(bodies, middle_, in_pass_);
+    const double curvature = 2.0 * (elastic + e0 - 2.0 * e_half);
+    const double slope = elastic - e0 - curvature;
+    const double missing = start - e0;
+    double s = 0.0;
+    if (missing > 0.0) {
+        const double root = std::sqrt(std::max(slope * slope + 4.0 * curvature * missing, 0.0));
+        s = slope + root > 0.0 ? std::clamp(2.0 * missing / (slope + root), 0.0, 1.0) : 0.0;
+    }
+    blend(plastic_, velocity, s, in_pass_, velocity);
+    for (std::size_t i = 0; impacts != nullptr && i < elastic_.size(); ++i) {
+        ContactPoint& point = loop_.points[i];
+        point.p_n += s * (elastic_[i].p_n - point.p_n);
+        point.p_t += s * (elastic_[i].p_t - point.p_t);
+    }
+    return elastic - start;
+}
+
+/// Impulses of the pass, with those that held a contact ahead of its impact in the last step.
+void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pass) {
+    for (const ContactBlock& block : loop_.blocks) {
+        for (int k = block.first; k < block.first + block.count; ++k) {
+            const auto& [pair, contact, approach] = sources_[static_cast<std::size_t>(k)];
+            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
+            const ContactGeometry& at = pairs[pair].manifold.contacts[contact].at;
+            const ContactMemory& memory = pairs[pair].memory[contact];
+            Vec3 impulse(point.p_t.x(), point.p_t.y(), point.p_n); // in the block's frame
+            if (pass == 0 && memory.approach_speed > 0.0) {
+                // That impulse took the speed from approach_speed to about what is left of it: its work over their
+                // mean.
+                impulse.z() += 2.0 * memory.energy_taken / (memory.approach_speed + std::max(approach, 0.0));
+            }
+            const Vec3 middle = 0.5 * (at.a + at.b);
+            impacts->push_back({{block.a, block.b},
+                                middle.cast<float>(),
+                                at.n.cast<float>(),
+                                (block.frame * impulse).cast<float>(),
+                                block.is_sticking});
+        }
+    }
+}
+
+/// The bodies whose velocities this pass may change, and these velocities.
+void CollisionSolver::begin_pass(std::span<const Velocity> velocity) {
+    in_pass_.clear();
+    if (joints_.empty()) {
+        for (const ContactBlock& block : loop_.blocks) {
+            in_pass_.push_back(static_cast<std::size_t>(block.a));
+            in_pass_.push_back(static_cast<std::size_t>(block.b));
+        }
+        std::ranges::sort(in_pass_);
+        in_pass_.erase(std::unique(in_pass_.begin(), in_pass_.end()), in_pass_.end());
+    } else {
+        in_pass_.resize(velocity.size());
+        std::iota(in_pass_.begin(), in_pass_.end(), std::size_t{0});
+    }
+    before_.resize(velocity.size());
+    for (const std::size_t i : in_pass_) {
+        before_[i] = velocity[i];
+    }
+}
+
+CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
+                                         std::span<const Joint> joints, const StepSettings& settings,
+                                         std::vector<Velocity>& velocity, std::vector<char>& touched) {
+    CollisionReport report;
+    touched.assign(velocity.size(), 0);
+    changed_.assign(velocity.size(), 0.0);
+    while (collect(bodies, pairs, settings, velocity, report.passes)) {
+        if (report.passes == collision_pass_limit) {
+            report.converged = false;
+            break;
+        }
+        if (report.passes == 0) {
+            joints_.prepare(bodies, joints);
+            joints_.target_rest();
+            for (const Joint& joint : joints) {
+                touched[static_cast<std::size_t>(joint.a)] = touched[static_cast<std::size_t>(joint.b)] = 1;
+            }
+        }
+        joints_.solve(velocity);
+        begin_pass(velocity);
+        bool converged = true;
+        report.iterations += iterate(bodies, velocity, settings, converged);
+        report.energy_removed += keep_energy(bodies, velocity, settings);
+        if (impacts != nullptr) {
+            report_impacts(pairs, report.passes);
+        }
+        report.converged = converged;
+        report.collisions += static_cast<int>(loop_.points.size());
+        ++report.passes;
+        for (const ContactBlock& block : loop_.blocks) {
+            touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
+        }
+        for (const std::size_t i : in_pass_) {
+            if (!bodies.props[i].is_static()) {
+                changed_[i] += (velocity[i].v - before_[i].v).norm() +
+                               outermost * bodies.props[i].bounding_radius * (velocity[i].w - before_[i].w).norm();
+            }
+        }
+    }
+    return report;
+}
+
+} // namespace sim

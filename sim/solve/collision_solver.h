@@ -1,0 +1,79 @@
+#pragma once
+/// Collisions at velocity level (Bender & Schmitt 2006, sec. 3.1): velocities change, no time passes.
+#include "sim/model/snapshot.h"
+#include "sim/solve/contact_solver.h"
+
+namespace sim {
+
+struct CollisionReport {
+    int collisions = 0; ///< contacts resolved, over all passes
+    int passes = 0;
+    int iterations = 0;          ///< sweeps
+    double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
+    /// Did the last pass, with no contact left that collides? What another leaves undone, the next one mends.
+    bool converged = true;
+};
+
+/// Resolves collisions in passes: a pass contains only the contacts that are collisions when it starts, and
+/// passes repeat until none is one, or their limit is reached, which is reported.
+///
+/// A contact is a collision if it touches (gap <= tolerance) and approaches faster than the resting
+/// threshold, or if, placed ahead of its impact, it took away such an approach in the last step. With
+/// Newton's law and friction an oblique impact may gain energy; such a pass is taken back towards the plastic
+/// impact (e = 0) until it does not.
+class CollisionSolver {
+public:
+    /// Threads that share its loops; the result does not depend on them.
+    void set_workers(Workers* workers) { loop_.workers = workers; }
+
+    /// Contacts up to this gap [m] collide too: where an impact has stopped the step, those that would touch next
+    /// to at once are one impact with it, whatever the order in which rounding makes them touch.
+    double simultaneous_gap = 0.0;
+
+    /// Where the impulses of collisions are added, pass by pass; null: nowhere.
+    std::vector<ContactSnapshot>* impacts = nullptr;
+
+    /// velocity: those of the instant [body_count]; changed in place. touched [body_count] is set to 1 for
+    /// each body whose velocity may have changed.
+    CollisionReport resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
+                            std::span<const Joint> joints, const StepSettings& settings,
+                            std::vector<Velocity>& velocity, std::vector<char>& touched);
+
+private:
+    bool collect(const Bodies& bodies, std::span<const PairContacts> pairs, const StepSettings& settings,
+                 std::span<const Velocity> velocity, int pass);
+    int iterate(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
+                bool& converged);
+    void report_impacts(std::span<const PairContacts> pairs, int pass);
+    void begin_pass(std::span<const Velocity> velocity);
+    double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings);
+
+    ContactBlocks loop_;
+    TogetherSweeps together_; ///< over few blocks
+    std::vector<ContactGeometry> geometry_; ///< of one pair
+    std::vector<double> targets_;           ///< of one pair [m/s]
+    struct Source {
+        std::size_t pair = 0;
+        std::size_t contact = 0;
+        double approach = 0.0; ///< [m/s] as the pass begins
+    };
+    std::vector<Source> sources_; ///< [points], where impacts are asked for
+    std::vector<ContactPoint> elastic_; ///< [points] before energy was taken away, the same
+    /// A pair of bodies, and how far both may change by all passes before it has a collision.
+    struct Watched {
+        std::size_t a = 0;
+        std::size_t b = 0;
+        double quiet_until = 0.0; ///< [m/s]
+    };
+    std::vector<double> changed_;      ///< [body_count] by all passes so far, at any of its contacts [m/s]
+    std::vector<std::size_t> in_pass_; ///< these bodies, in their order
+    std::vector<Velocity> before_;  ///< [body_count] as this pass began, of the bodies in it
+    std::vector<Velocity> plastic_; ///< [body_count] memory of keep_energy()
+    std::vector<Velocity> middle_;
+    std::vector<char> collides_;    ///< [pairs] in this pass
+    std::vector<Watched> watched_;  ///< [pairs]
+    double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
+    JointSolver joints_;
+};
+
+} // namespace sim

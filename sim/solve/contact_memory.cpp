@@ -1,0 +1,92 @@
+#include "sim/solve/contact_memory.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace sim {
+
+void match_memory(PairContacts& pair, double reach) {
+    const std::vector<Contact>& contacts = pair.manifold.contacts;
+    pair.blocks = block_count(contacts);
+    const std::vector<ContactMemory> old = std::exchange(pair.memory, std::vector<ContactMemory>(contacts.size()));
+    std::uint64_t used = 0; // a bit for each of the old ones; more than 64 are found by their ids only
+    const auto is_used = [&](std::size_t j) { return j < 64 && (used >> j & 1u) != 0; };
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+        pair.memory[i].id = contacts[i].feature.id;
+        pair.memory[i].core_a = contacts[i].feature.core_a;
+    }
+    const auto take = [&](std::size_t i, std::size_t j) {
+        const ContactMemory fresh = pair.memory[i];
+        pair.memory[i] = old[j];
+        pair.memory[i].id = fresh.id;
+        pair.memory[i].core_a = fresh.core_a;
+        used |= j < 64 ? std::uint64_t{1} << j : 0;
+    };
+    std::uint64_t matched = 0;
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+        std::size_t j = 0;
+        while (j < old.size() && (is_used(j) || old[j].id != contacts[i].feature.id)) {
+            ++j;
+        }
+        if (j < old.size()) {
+            take(i, j);
+            matched |= i < 64 ? std::uint64_t{1} << i : 0;
+        }
+    }
+    for (std::size_t i = 0; i < std::min<std::size_t>(contacts.size(), 64); ++i) {
+        if ((matched >> i & 1u) != 0) {
+            continue;
+        }
+        std::size_t nearest = old.size();
+        double distance = reach;
+        for (std::size_t j = 0; j < std::min<std::size_t>(old.size(), 64); ++j) {
+            const double d = (old[j].core_a - contacts[i].feature.core_a).norm();
+            if (!is_used(j) && d < distance) {
+                nearest = j;
+                distance = d;
+            }
+        }
+        if (nearest < old.size()) {
+            take(i, nearest);
+        }
+    }
+}
+
+void sum_up(PairContacts& pair) {
+    pair.least_gap = std::numeric_limits<double>::infinity();
+    pair.was_ahead = false;
+    // At one point of both bodies, so that the pair's angular momentum is kept.
+    pair.owed_impulse.setZero();
+    pair.owed_moment.setZero();
+    for (std::size_t i = 0; i < pair.memory.size(); ++i) {
+        const ContactMemory& memory = pair.memory[i];
+        const ContactGeometry& at = pair.manifold.contacts[i].at;
+        pair.least_gap = std::min(pair.least_gap, at.gap);
+        pair.was_ahead = pair.was_ahead || memory.approach_speed > 0.0;
+        if (memory.p_n == 0.0 || memory.last_interval == 0.0) {
+            continue;
+        }
+        const Vec3 p = memory.owed() * (memory.p_n * at.n + memory.p_t);
+        pair.owed_impulse += p;
+        pair.owed_moment += (0.5 * (at.a + at.b)).cross(p);
+    }
+}
+
+void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
+                  std::span<Velocity> velocity) {
+    for (const PairContacts& pair : pairs) {
+        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+        if (!only.empty() && only[a] == 0 && only[b] == 0) {
+            continue;
+        }
+        const Vec3& impulse = pair.owed_impulse;
+        velocity[a].v += bodies.props[a].inverse_mass * impulse;
+        velocity[b].v -= bodies.props[b].inverse_mass * impulse;
+        velocity[a].w += bodies.inverse_inertia[a] * (pair.owed_moment - bodies.pose[a].position.cross(impulse));
+        velocity[b].w -= bodies.inverse_inertia[b] * (pair.owed_moment - bodies.pose[b].position.cross(impulse));
+    }
+}
+
+} // namespace sim

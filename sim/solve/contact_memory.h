@@ -1,0 +1,62 @@
+#pragma once
+/// What contacts remember from step to step, pair by pair.
+#include "sim/block/contact_block.h"
+
+namespace sim {
+
+/// What a contact hands to the next step. From p_n on two rows of 64 bytes, in the order that rest_kernel.cpp has.
+struct alignas(64) ContactMemory {
+    std::uint64_t id = 0;
+    Vec3 core_a = Vec3::Zero();  ///< body frame of a [m]: finds the contact again where its id changed
+    alignas(64) double p_n = 0.0; ///< [N s]
+    Vec3 p_t = Vec3::Zero();     ///< [N s], world
+    double interval = 0.0;       ///< time those impulses stood for [s]
+    double force_share = 1.0;    ///< [-] of them that was a force; the rest answered an impact
+    double last_interval = 0.0;  ///< [s] moved since; 0: they lack nothing (new, or after an impact)
+    double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
+    Vec3 slip = Vec3::Zero();    ///< d_t left over while sticking [m], world: without it a block creeps
+    Vec3 sliding = Vec3::Zero(); ///< mean sliding velocity of the step [m/s], world
+    double energy_taken = 0.0;   ///< [J] taken away with approach_speed
+    double mark = 0.0;           ///< 1: it sticks (eq. 6)
+
+    bool is_sticking() const { return mark > 0.5; }
+    /// Share [-] of the impulses that the velocities before the next impulses still lack.
+    double owed() const { return interval > 0.0 ? force_share * 0.5 * last_interval / interval : 0.0; }
+};
+
+/// Contacts of a pair as a step begins, matched with what the last step remembered of them.
+struct PairContacts {
+    Manifold manifold;
+    std::vector<ContactMemory> memory; ///< [manifold.contacts]
+    std::size_t blocks = 0;            ///< that its contacts make; see block_count()
+    PairMaterial material;
+    double least_gap = 0.0;            ///< [m] of its contacts
+    bool was_ahead = false;            ///< a contact of it took an impact away that is to be given back
+    Vec3 owed_impulse = Vec3::Zero();  ///< [N s] on a: the owed share of the impulses remembered, at the present points
+    Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
+};
+
+/// Pairs for whose contacts is asked ahead of their turn, by trial with the funnel: they lie anywhere in memory.
+inline constexpr std::size_t ahead_pairs = 3;
+
+/// Asks for `size` bytes from `from` on.
+inline void fetch(const void* from, std::size_t size) {
+    constexpr std::size_t cache_line = 64; // bytes
+    for (std::size_t at = 0; at < size; at += cache_line) {
+        __builtin_prefetch(static_cast<const char*>(from) + at);
+    }
+}
+
+/// After a change of the pair's contacts: hands what its memory holds to them, by feature id, else to the nearest core
+/// within `reach` [m].
+void match_memory(PairContacts& pair, double reach);
+
+/// Sums up what the pair's contacts tell of it as a whole: the members after `material`.
+void sum_up(PairContacts& pair);
+
+/// Adds to the velocities before the next impulses what they lack to be those at the instant: the owed impulses. Only
+/// pairs with a body in `only` [body_count] unless that is empty.
+void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
+                  std::span<Velocity> velocity);
+
+} // namespace sim

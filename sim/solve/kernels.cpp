@@ -1,0 +1,76 @@
+#include "sim/block/batch.h"
+#include "sim/collide/box_axes.h"
+#include "sim/solve/rest_batch.h"
+
+/// Each kernel is compiled for each instruction set (NAME_kernel.cpp -> NAME_kernel_SET); the widest that this processor
+/// can run is taken.
+#if defined(TUMBLE_X86_KERNELS)
+#define CHOOSE_KERNEL(result, name, argument)                                                                          \
+    result name##_kernel_baseline(const argument&);                                                                    \
+    result name##_kernel_avx2(const argument&);                                                                        \
+    result name##_kernel_avx512(const argument&);                                                                      \
+    namespace {                                                                                                        \
+    result (*name##_kernel())(const argument&) {                                                                       \
+        static const auto chosen = has_avx512() ? name##_kernel_avx512                                                 \
+                                   : has_avx2() ? name##_kernel_avx2                                                   \
+                                                : name##_kernel_baseline;                                              \
+        return chosen;                                                                                                 \
+    }                                                                                                                  \
+    }
+#else
+#define CHOOSE_KERNEL(result, name, argument)                                                                          \
+    result name##_kernel_baseline(const argument&);                                                                    \
+    namespace {                                                                                                        \
+    result (*name##_kernel())(const argument&) {                                                                       \
+        return name##_kernel_baseline;                                                                                 \
+    }                                                                                                                  \
+    }
+#endif
+
+namespace sim {
+
+#if defined(TUMBLE_X86_KERNELS)
+namespace {
+
+bool has_avx512() {
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+}
+bool has_avx2() {
+    return __builtin_cpu_supports("avx2");
+}
+
+} // namespace
+#endif
+
+CHOOSE_KERNEL(double, block, BatchSweep)
+CHOOSE_KERNEL(double, check, BatchCheck)
+CHOOSE_KERNEL(void, carry, BatchCarry)
+CHOOSE_KERNEL(void, prepare, BatchPreparation)
+CHOOSE_KERNEL(void, axes, AxesSearch)
+CHOOSE_KERNEL(double, rest, RestWork)
+
+double sweep_batches(const BatchSweep& sweep) {
+    return block_kernel()(sweep);
+}
+
+void carry_batches(const BatchCarry& carry) {
+    carry_kernel()(carry);
+}
+
+double check_batches(const BatchCheck& check) {
+    return check_kernel()(check);
+}
+
+void prepare_batches(const BatchPreparation& preparation) {
+    prepare_kernel()(preparation);
+}
+
+double work_on_rest(const RestWork& work) {
+    return rest_kernel()(work);
+}
+
+void find_axes(const AxesSearch& search) {
+    axes_kernel()(search);
+}
+
+} // namespace sim

@@ -1,0 +1,466 @@
+/// Resting contacts, eight blocks at a time. The formulas are those of ContactBlocks::place, ContactSolver::start_block,
+/// measure_block and remember_block, which are the readable form. Compiled once for each instruction set; KERNEL names it.
+#include "sim/base/lanes.h"
+#include "sim/solve/rest_batch.h"
+
+namespace sim {
+namespace {
+
+constexpr double infinity = __builtin_inf();
+constexpr double never = -1e300; ///< target of a point that is not there
+
+/// Columns of two rows of 64 bytes of each lane.
+LANES_INLINE void gather(const BodyRows* bodies, const int* body, Real rows[16]) {
+    for (int l = 0; l < lane_count; ++l) {
+        rows[l] = load(bodies[body[l]].x);
+        rows[8 + l] = load(bodies[body[l]].x + 8);
+    }
+    transpose(rows);
+    transpose(rows + 8);
+}
+
+LANES_INLINE void gather_rows(double* const* from, int offset, Real rows[8]) {
+    for (int l = 0; l < lane_count; ++l) {
+        rows[l] = load(from[l] + offset);
+    }
+    transpose(rows);
+}
+
+LANES_INLINE Mask nowhere() {
+    return real(0.0) < 0.0;
+}
+
+LANES_INLINE Real flag(const Mask& m) {
+    return select(m, real(1.0), real(0.0));
+}
+
+/// The frame of the blocks of a batch.
+struct Frame {
+    Real3 t1, t2, n;
+    LANES_INLINE explicit Frame(const BlockBatch& batch)
+        : t1(load3(batch.frame)), t2(load3(batch.frame + 3)), n(load3(batch.frame + 6)) {}
+    LANES_INLINE Real3 world(const Real& x, const Real& y) const { return x * t1 + y * t2; }
+};
+
+/// Relative twist of the bodies: u_1 u_2 u_n, w_1 w_2 w_n.
+struct Twist {
+    Real3 u, w;
+    LANES_INLINE Twist(const double* velocity, const BlockBatch& batch, const Frame& f) {
+        Real a[8];
+        Real b[8];
+        gather(velocity, batch.a, a);
+        gather(velocity, batch.b, b);
+        const Real3 w_a{a[3], a[4], a[5]};
+        const Real3 w_b{b[3], b[4], b[5]};
+        const Real3 v = Real3{a[0], a[1], a[2]} + cross(w_a, load3(batch.r_a)) -
+                        (Real3{b[0], b[1], b[2]} + cross(w_b, load3(batch.r_b)));
+        u = {dot(f.t1, v), dot(f.t2, v), dot(f.n, v)};
+        w = {dot(f.t1, w_a - w_b), dot(f.t2, w_a - w_b), dot(f.n, w_a - w_b)};
+    }
+    LANES_INLINE Real normal(const Real& x, const Real& y) const { return u.z + w.x * y - w.y * x; }
+    LANES_INLINE Real tangential1(const Real& y) const { return u.x - w.z * y; }
+    LANES_INLINE Real tangential2(const Real& x) const { return u.y + w.z * x; }
+};
+
+/// A unit vector across n: from the world axis that is least along n.
+LANES_INLINE Real3 tangent_of(const Real3& n) {
+    const Real zero = real(0.0);
+    const Mask by_x = (abs(n.x) <= abs(n.y)) & (abs(n.x) <= abs(n.z));
+    const Mask by_y = abs(n.y) <= abs(n.z);
+    const Real3 t = select(by_x, Real3{zero, n.z, -n.y}, select(by_y, Real3{-n.z, zero, n.x}, Real3{n.y, -n.x, zero}));
+    return (1.0 / sqrt(dot(t, t))) * t;
+}
+
+/// Masses, centre, frame and points of the blocks.
+LANES_INLINE void place(const RestWork& work, BlockBatch& batch, RestBlock& block, BatchPoint* points, RestPoint* rest) {
+    const Real zero = real(0.0);
+    const Real one = real(1.0);
+    Real3 on_a[most_points];
+    Real gap[most_points];
+    Real3 n{zero, zero, one};
+    Real count = zero;
+    Real3 mean{zero, zero, zero};
+    for (int k = 0; k < batch.count; ++k) {
+        Real row[8];
+        for (int l = 0; l < lane_count; ++l) {
+            row[l] = load_anywhere(rest[k].at[l]);
+        }
+        transpose(row);
+        gap[k] = row[0];
+        on_a[k] = {row[4], row[5], row[6]};
+        n = k == 0 ? Real3{row[1], row[2], row[3]} : n;
+        const Real here = flag(lanes_of(rest[k].there));
+        count += here;
+        mean = mean + here * on_a[k];
+    }
+    mean = (1.0 / max(count, one)) * mean;
+    Real nearest_gap = gap[0];
+    Real3 nearest = on_a[0];
+    for (int k = 1; k < batch.count; ++k) {
+        const Mask nearer = lanes_of(rest[k].there) & (gap[k] < nearest_gap);
+        nearest_gap = select(nearer, gap[k], nearest_gap);
+        nearest = select(nearer, on_a[k], nearest);
+    }
+    Real a[16];
+    Real b[16];
+    gather(work.begin, batch.a, a);
+    gather(work.begin, batch.b, b);
+    const Real3 centre = mean + dot(n, nearest - mean) * n;
+    store3(batch.r_a, centre - Real3{a[0], a[1], a[2]});
+    store3(batch.r_b, centre - nearest_gap * n - Real3{b[0], b[1], b[2]});
+    const Real3 t1 = tangent_of(n);
+    const Real3 t2 = cross(n, t1);
+    store3(batch.frame, t1);
+    store3(batch.frame + 3, t2);
+    store3(batch.frame + 6, n);
+    const Mask empty = ~lanes_of(rest[0].there); // there nothing moves, and the equations have a solution
+    store(batch.inverse_mass_a, select(empty, one, a[3]));
+    store(batch.inverse_mass_b, select(empty, zero, b[3]));
+    for (int i = 0; i < 6; ++i) {
+        const bool diagonal = i == 0 || i == 3 || i == 5;
+        store(batch.inverse_inertia_a[i], select(empty, diagonal ? one : zero, a[4 + i]));
+        store(batch.inverse_inertia_b[i], select(empty, zero, b[4 + i]));
+    }
+    store(block.nearest_gap, nearest_gap);
+    for (int k = 0; k < batch.count; ++k) {
+        const Real here = flag(lanes_of(rest[k].there));
+        store(points[k].x, here * dot(t1, on_a[k] - mean));
+        store(points[k].y, here * dot(t2, on_a[k] - mean));
+        store(rest[k].gap, gap[k]);
+        store(rest[k].height, dot(n, on_a[k] - nearest));
+    }
+}
+
+/// Time [s] that the impulses of the interval stand for.
+LANES_INLINE Real impulse_interval(const Real& node_weight, double h) {
+    const Mask part = node_weight < 1.0;
+    return select(part, 0.5 * h / select(part, 1.0 - node_weight, real(1.0)), real(h));
+}
+
+/// Acceleration into the contact, of a relative to b.
+LANES_INLINE Real fall_of(const RestRules& rules, const BlockBatch& batch, const Real3& n) {
+    const Real3 gravity{real(rules.gravity[0]), real(rules.gravity[1]), real(rules.gravity[2])};
+    return (flag(lanes_of(batch.moves_b)) - flag(lanes_of(batch.moves_a))) * dot(gravity, n);
+}
+
+/// What the last interval left of a contact; see ContactMemory.
+struct Memory {
+    Real p_n, interval, force_share, last_interval, approach_speed, mark;
+    Real3 p_t, slip;
+    LANES_INLINE explicit Memory(double* const* from) {
+        Real row[8];
+        gather_rows(from, 0, row);
+        p_n = row[0];
+        p_t = {row[1], row[2], row[3]};
+        interval = row[4];
+        force_share = row[5];
+        last_interval = row[6];
+        approach_speed = row[7];
+        gather_rows(from, 8, row);
+        slip = {row[0], row[1], row[2]};
+        mark = row[7];
+    }
+};
+
+/// Targets, marks and impulses of the points.
+LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* points, RestPoint* rest) {
+    const RestRules& rules = *work.rules;
+    const double h = rules.h;
+    const Real zero = real(0.0);
+    const Real one = real(1.0);
+    const Frame f(batch);
+    Real last = zero;
+    Mask touches = nowhere();
+    for (int k = 0; k < batch.count; ++k) {
+        const Mask here = lanes_of(rest[k].there);
+        Lanes value;
+        for (int l = 0; l < lane_count; ++l) {
+            value.x[l] = rest[k].memory[l][6];
+        }
+        last = max(last, select(here, load(value), zero));
+        touches |= here & (load(rest[k].gap) <= rules.tolerance);
+    }
+    const Real node_weight = select(touches, last / (last + real(h)), one);
+    store(batch.node_weight, node_weight);
+    const Real interval = impulse_interval(node_weight, h);
+    const Real fall = fall_of(rules, batch, f.n);
+    const Twist twist(work.before, batch, f);
+    store3(batch.before, {twist.u.x, twist.u.y, twist.w.z});
+    Mask sticks = nowhere();
+    for (int k = 0; k < batch.count; ++k) {
+        RestPoint& r = rest[k];
+        const Mask here = lanes_of(r.there);
+        const Real x = load(points[k].x);
+        const Real y = load(points[k].y);
+        const Real gap = load(r.gap);
+        const Memory memory(r.memory);
+        const Mask ahead = gap > rules.tolerance;
+        const Real u_n = twist.normal(x, y);
+        const Real approach = max(-u_n, zero);
+        r.ahead = bits_of(ahead);
+        store(r.u_n_before, u_n);
+        store(r.approach_speed, max(sqrt(max(approach * approach + 2.0 * fall * gap, zero)), memory.approach_speed));
+        r.closing = bits_of(here & ahead & (gap + h * (u_n - (0.5 * h) * fall) <= 0.0));
+        const Real after_step = max((1.0 - rules.relaxation) * gap, real(-rules.band));
+        store(r.gap_target, select(gap <= rules.band, gap + rules.step_share * (after_step - gap), zero));
+        const double share = rules.relaxation * rules.step_share;
+        store(r.owed[0], share * dot(memory.slip, f.t1));
+        store(r.owed[1], share * dot(memory.slip, f.t2));
+        const Mask loaded = here & (memory.p_n > 0.0);
+        const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
+        const Real scale = select(stretch <= rules.largest_stretch, stretch, zero);
+        store(r.load, scale * memory.force_share * memory.p_n);
+        r.restarts = bits_of(loaded & (memory.last_interval == 0.0));
+        const Mask warm = rules.warm_start ? loaded : nowhere();
+        const Real started = select(warm, scale, zero);
+        store(points[k].p_n, started * memory.p_n);
+        store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
+        store(points[k].p_t[1], started * dot(memory.p_t, f.t2));
+        store(points[k].u_n_target, select(here, zero, real(never)));
+        store(points[k].u_t_target[0], zero);
+        store(points[k].u_t_target[1], zero);
+        const Real slow1 = twist.tangential1(y);
+        const Real slow2 = twist.tangential2(x);
+        const Mask slow = slow1 * slow1 + slow2 * slow2 <= rules.velocity_tolerance * rules.velocity_tolerance;
+        const Mask is_new = (memory.p_n == 0.0) & (memory.last_interval == 0.0);
+        sticks |= (warm & (memory.mark > 0.5)) | (here & is_new & ~ahead & slow);
+    }
+    store(batch.sticking, flag(sticks));
+}
+
+/// Gives the bodies the impulses of the points.
+LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const BatchPoint* points) {
+    const Real zero = real(0.0);
+    Real3 force{zero, zero, zero};
+    Real3 turning{zero, zero, zero};
+    for (int k = 0; k < batch.count; ++k) {
+        const Real x = load(points[k].x);
+        const Real y = load(points[k].y);
+        const Real p_n = load(points[k].p_n);
+        const Real p_1 = load(points[k].p_t[0]);
+        const Real p_2 = load(points[k].p_t[1]);
+        force = force + Real3{p_1, p_2, p_n};
+        turning = turning + Real3{p_n * y, -(p_n * x), x * p_2 - y * p_1};
+    }
+    const Frame f(batch);
+    const Real3 p = f.world(force.x, force.y) + force.z * f.n;
+    const Real3 moment = f.world(turning.x, turning.y) + turning.z * f.n;
+    push_bodies(work.velocity, batch.a, batch.moves_a,
+                Push(batch.inverse_mass_a, batch.inverse_inertia_a, load3(batch.r_a), p, moment));
+    push_bodies(work.velocity, batch.b, batch.moves_b,
+                Push(batch.inverse_mass_b, batch.inverse_inertia_b, load3(batch.r_b), -p, -moment));
+}
+
+/// A body's predicted motion since the interval began.
+struct Motion {
+    Real row[16];
+    LANES_INLINE Motion(const BodyRows* end, const int* body) { gather(end, body, row); }
+    LANES_INLINE Real3 turn(const Real3& v) const {
+        return {row[0] * v.x + row[1] * v.y + row[2] * v.z, row[3] * v.x + row[4] * v.y + row[5] * v.z,
+                row[6] * v.x + row[7] * v.y + row[8] * v.z};
+    }
+    LANES_INLINE Real3 position() const { return {row[9], row[10], row[11]}; }
+};
+
+/// Normal of crossing edges.
+LANES_INLINE Real3 edge_normal(const Real3& edge_a, const Real3& edge_b) {
+    const Real one = real(1.0);
+    const Real zero = real(0.0);
+    const Real3 across = cross(edge_a, edge_b);
+    const Real square = dot(across, across);
+    const Mask crosses = square > 0.0;
+    return (1.0 / select(crosses, sqrt(square), one)) * select(crosses, across, Real3{zero, zero, one});
+}
+
+/// The crossing edges of the blocks at the predicted poses.
+struct Edges {
+    Real3 a, b, n;
+    Real3 lean; ///< where impulses act along another normal: how much their points differ from the edges', per gap
+    LANES_INLINE Edges() {}
+    LANES_INLINE Edges(const RestBlock& block, const Motion& move_a, const Motion& move_b, const Real3& n_b) {
+        const Real3 a_before = load3(block.edge_a);
+        const Real3 b_before = load3(block.edge_b);
+        a = move_a.turn(a_before);
+        b = move_b.turn(b_before);
+        n = edge_normal(a, b);
+        lean = n_b - move_b.turn(edge_normal(a_before, b_before));
+    }
+    /// Has the touch wandered too far along them? d: of points on them that touched as the interval began. The lines of
+    /// edges that are parallel are nowhere near.
+    LANES_INLINE Mask wander(const RestBlock& block, const Real3& d) const {
+        const Real cosine = dot(a, b);
+        const Real sine_square = 1.0 - cosine * cosine;
+        return abs(cosine * dot(d, b) - dot(d, a)) > load(block.reach) * abs(sine_square);
+    }
+};
+
+/// Gaps and slips of the plain blocks at the predicted poses, and the targets that close them. Returns the largest error
+/// of a gap in each lane.
+LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlock& block, BatchPoint* points,
+                          const RestPoint* rest, unsigned lanes) {
+    const double per_h = 1.0 / work.rules->h;
+    const Frame f(batch);
+    const Twist twist(work.velocity, batch, f);
+    const Motion a(work.end, batch.a);
+    const Motion b(work.end, batch.b);
+    // d of a point is linear in where it lies in the block.
+    const Real3 n_a = a.turn(f.n);
+    const Real3 n_b = b.turn(f.n);
+    const Real3 by_x = a.turn(f.t1) - b.turn(f.t1);
+    const Real3 by_y = a.turn(f.t2) - b.turn(f.t2);
+    const Real3 middle = (a.position() - b.position()) + (a.turn(load3(batch.r_a)) - b.turn(load3(batch.r_b)));
+    const Real nearest_gap = load(block.nearest_gap);
+    const Real3 n_face = select(lanes_of(batch.face_of_a), n_a, n_b);
+    Edges edges;
+    if (block.edges != 0) {
+        edges = Edges(block, a, b, n_b);
+    }
+    Real worst = real(-infinity);
+    for (int k = 0; k < batch.count; ++k) {
+        const RestPoint& r = rest[k];
+        const Mask measured = lanes_of(r.there & block.plain & lanes);
+        const Real x = load(points[k].x);
+        const Real y = load(points[k].y);
+        const Real height = load(r.height);
+        const Real3 d = middle + x * by_x + y * by_y + height * n_a - (height + nearest_gap - load(r.gap)) * n_b;
+        Real3 n = n_face;
+        Real gap = dot(n, d);
+        Real3 across = d - gap * n;
+        if (r.edges != 0) {
+            const Mask at_edges = lanes_of(r.edges);
+            const Real3 between = d - load(r.gap) * edges.lean;
+            const Mask wanders = edges.wander(block, between);
+            n = select(wanders, f.n, edges.n);
+            across = select(at_edges, d - dot(n, d) * n, across);
+            gap = select(at_edges, dot(n, select(wanders, d, between)), gap);
+        }
+        const Real missing = load(r.gap_target) - gap;
+        const Real error = select(load(points[k].p_n) > 0.0, abs(missing), missing);
+        worst = select(measured, max(worst, error), worst);
+        const auto set = [&](Lanes& target, const Real& value) { store(target, select(measured, value, load(target))); };
+        set(points[k].u_n_target, twist.normal(x, y) + missing * per_h);
+        set(points[k].u_t_target[0], twist.tangential1(y) - (dot(f.t1, across) + load(r.owed[0])) * per_h);
+        set(points[k].u_t_target[1], twist.tangential2(x) - (dot(f.t2, across) + load(r.owed[1])) * per_h);
+    }
+    return worst;
+}
+
+/// Where has friction reached its limit, and the points slip? at_limit: where it has.
+LANES_INLINE Mask loses_mark(const RestRules& rules, const BlockBatch& batch, const BatchPoint* points, const Twist& twist,
+                             Mask& at_limit) {
+    Mask slips = nowhere();
+    at_limit = nowhere();
+    const Real mu = load(batch.mu);
+    for (int k = 0; k < batch.count; ++k) {
+        const Real p_n = load(points[k].p_n);
+        const Real p_1 = load(points[k].p_t[0]);
+        const Real p_2 = load(points[k].p_t[1]);
+        const Mask loaded = p_n > 0.0;
+        at_limit |= loaded & (sqrt(p_1 * p_1 + p_2 * p_2) >= rules.limit * mu * p_n);
+        const Real s_1 = twist.tangential1(load(points[k].y)) - load(points[k].u_t_target[0]);
+        const Real s_2 = twist.tangential2(load(points[k].x)) - load(points[k].u_t_target[1]);
+        slips |= loaded & (rules.h * sqrt(s_1 * s_1 + s_2 * s_2) > rules.slip_tolerance);
+    }
+    return at_limit & slips;
+}
+
+/// Writes eight columns as rows, those of `lanes`.
+LANES_INLINE void scatter_rows(double* const* to, int offset, unsigned lanes, Real rows[8]) {
+    transpose(rows);
+    for (int l = 0; l < lane_count; ++l) {
+        if ((lanes >> l & 1u) != 0) {
+            store(to[l] + offset, rows[l]);
+        }
+    }
+}
+
+/// What the contacts of the batch hand to the next interval.
+LANES_INLINE void remember(const RestWork& work, const BlockBatch& batch, const RestBlock& block, const BatchPoint* points,
+                           RestPoint* rest) {
+    const RestRules& rules = *work.rules;
+    const double h = rules.h;
+    const Real zero = real(0.0);
+    const Real one = real(1.0);
+    const Frame f(batch);
+    const Twist twist(work.velocity, batch, f);
+    Mask at_limit;
+    const Mask lost = loses_mark(rules, batch, points, twist, at_limit);
+    const Mask has_friction = load(batch.mu) > 0.0;
+    const Mask keeps = has_friction & (((load(batch.sticking) > 0.5) & ~lost) | ~at_limit);
+    const Real interval = impulse_interval(load(batch.node_weight), h);
+    const Real3 g{real(rules.gravity[0]), real(rules.gravity[1]), real(rules.gravity[2])};
+    const Real weight = sqrt(dot(g, g)) * interval / max(load(batch.inverse_mass_a), load(batch.inverse_mass_b));
+    const Mask hit = lanes_of(block.hit);
+    const Real3 before = load3(batch.before);
+    for (int k = 0; k < batch.count; ++k) {
+        RestPoint& r = rest[k];
+        const Real x = load(points[k].x);
+        const Real y = load(points[k].y);
+        const Real p_n = load(points[k].p_n);
+        const Real p_1 = load(points[k].p_t[0]);
+        const Real p_2 = load(points[k].p_t[1]);
+        const Mask loaded = p_n > 0.0;
+        const Mask ahead = lanes_of(r.ahead);
+        const Real force = max(load(r.load), weight);
+        const Mask answers = (hit | (load(r.load) > 0.0) | lanes_of(r.restarts)) & (p_n > rules.largest_growth * force);
+        const Real force_share = select(answers, force / select(answers, p_n, one), one);
+        store(r.force_share, force_share);
+        const Real u_n = twist.normal(x, y);
+        const Real u_1 = twist.tangential1(y);
+        const Real u_2 = twist.tangential2(x);
+        const Real gap = load(r.gap_target) - h * (load(points[k].u_n_target) - u_n);
+        const Mask impact = lanes_of(r.closing) & (gap <= rules.tolerance);
+        const Real taken = -(0.5 * p_n * (load(r.u_n_before) + u_n)) -
+                           0.5 * (p_1 * (before.x - before.z * y + u_1) + p_2 * (before.y + before.z * x + u_2));
+        const Real3 p_t = f.world(p_1, p_2);
+        const Mask sticks = loaded & keeps;
+        const Real3 d_t = select(has_friction,
+                                 f.world(h * (u_1 - load(points[k].u_t_target[0])) - load(r.owed[0]),
+                                         h * (u_2 - load(points[k].u_t_target[1])) - load(r.owed[1])),
+                                 Real3{zero, zero, zero});
+        const Memory memory(r.memory);
+        const Real3 none{zero, zero, zero};
+        const Real3 slip = select(sticks, memory.slip + d_t, none);
+        const Real3 sliding = select(sticks, none, real(1.0 / h) * d_t);
+        Real first[8] = {select(ahead, zero, p_n),
+                         select(ahead, zero, p_t.x),
+                         select(ahead, zero, p_t.y),
+                         select(ahead, zero, p_t.z),
+                         interval,
+                         force_share,
+                         select(loaded & ~ahead, real(h), zero),
+                         select(impact, load(r.approach_speed), zero)};
+        Real second[8] = {slip.x, slip.y, slip.z, sliding.x, sliding.y, sliding.z, select(impact, taken, zero), flag(sticks)};
+        scatter_rows(r.memory, 0, r.there, first);
+        scatter_rows(r.memory, 8, r.there, second);
+    }
+}
+
+} // namespace
+
+double KERNEL(const RestWork& work) {
+    double worst = 0.0;
+    for (std::size_t i = 0; i < work.batch_count; ++i) {
+        BlockBatch& batch = work.batches[i];
+        RestBlock& block = work.blocks[i];
+        BatchPoint* points = work.points + batch.first;
+        RestPoint* rest = work.rest + batch.first;
+        if (work.phase == RestPhase::start) {
+            place(work, batch, block, points, rest);
+            start(work, batch, points, rest);
+        } else if (work.phase == RestPhase::apply) {
+            apply(work, batch, points);
+        } else if (work.phase == RestPhase::remember) {
+            remember(work, batch, block, points, rest);
+        } else {
+            Lanes errors;
+            store(errors, measure(work, batch, block, points, rest, work.only == nullptr ? ~0u : work.only[i]));
+            for (const double error : errors.x) {
+                worst = worst < error ? error : worst;
+            }
+        }
+    }
+    return worst;
+}
+
+} // namespace sim

@@ -1,0 +1,56 @@
+#pragma once
+/// When contacts that do not touch yet will, within a step (impacts = "stop").
+#include "sim/block/contact_block.h"
+#include "sim/model/scene_def.h"
+
+#include <optional>
+
+namespace sim {
+
+struct PairContacts;
+
+/// Approach speed [m/s] above which a touching contact is a collision: sqrt(2 g eps_c) (Mirtich), with a
+/// floor for zero gravity.
+double resting_threshold(const StepSettings& settings);
+
+/// Largest gap [m] at which an approaching contact collides: the tolerance where impacts are held by contacts
+/// placed ahead; next to nothing where the step stops at them, so that normals and times are those of the
+/// touch.
+double touch_gap(const StepSettings& settings);
+
+/// Intervals are no shorter than this [s]: what would touch sooner touches now. Rounding of positions divided by it
+/// is an error of velocities.
+double shortest_interval(const StepSettings& settings);
+
+/// A contact that is about to touch.
+struct Impact {
+    double time = 0.0;       ///< [s] from t0
+    std::size_t pair = 0;    ///< index into the pairs
+    std::size_t contact = 0; ///< index into its contacts
+};
+
+struct PairPoses {
+    Pose a;
+    Pose b;
+};
+
+/// Gap [m] at the poses `to` of a contact of bodies that were at `from`: that of its features, or where these touched from
+/// the start (the lowest point of a rim that falls flat), that of the material points that did not. touch [m]: gap that counts
+/// as touching.
+double impact_gap(const Contact& contact, const PairPoses& from, const PairPoses& to, double touch);
+
+/// Earliest impact in (0, h]: a contact with gap > touch_gap that approaches faster than the resting
+/// threshold closes its gap, the bodies moving freely with `velocity`. Exact to rounding along the motion.
+std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Velocity> velocity,
+                                     std::span<const PairContacts> pairs, const StepSettings& settings,
+                                     double h);
+
+/// Gravity on a less that on b [m/s^2]; a static body has none.
+Vec3 relative_gravity(const Bodies& bodies, const Manifold& manifold, const StepSettings& settings);
+
+/// Is this contact left to time_of_impact, rather than held ahead? It does not touch, and would, falling with the
+/// velocities in `bodies`, touch faster than the resting threshold.
+bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& contact,
+               const StepSettings& settings);
+
+} // namespace sim

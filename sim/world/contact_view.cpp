@@ -1,0 +1,40 @@
+#include "sim/world/contact_view.h"
+
+namespace sim {
+
+namespace {
+
+/// Friction below the limit mu_s p_n by less than this share [-] counts as at it. The solver's own mark tells
+/// sticking from sliding only where mu_s and mu_d differ.
+constexpr double limit_share = 1e-6;
+
+bool is_sticking(const ContactMemory& memory, const PairMaterial& material) {
+    const double limit = material.mu_s * memory.p_n;
+    return memory.is_sticking() && memory.p_t.norm() < (1.0 - limit_share) * limit;
+}
+
+} // namespace
+
+std::vector<ContactSnapshot> loaded_contacts(std::span<const PairContacts> pairs, double time_step) {
+    std::vector<ContactSnapshot> contacts;
+    for (const PairContacts& pair : pairs) {
+        for (std::size_t i = 0; i < pair.memory.size(); ++i) {
+            const ContactMemory& memory = pair.memory[i];
+            if (!(memory.p_n > 0.0)) {
+                continue;
+            }
+            const ContactGeometry& at = pair.manifold.contacts[i].at;
+            const double share = memory.interval > 0.0 ? time_step / memory.interval : 1.0;
+            const Vec3 impulse = share * (memory.p_n * at.n + memory.p_t);
+            const Vec3 point = 0.5 * (at.a + at.b);
+            contacts.push_back({{pair.manifold.body_a, pair.manifold.body_b},
+                                point.cast<float>(),
+                                at.n.cast<float>(),
+                                impulse.cast<float>(),
+                                is_sticking(memory, pair.material)});
+        }
+    }
+    return contacts;
+}
+
+} // namespace sim

@@ -1,0 +1,407 @@
+#include "sim/world/world.h"
+
+#include "sim/base/error.h"
+#include "sim/model/integrate.h"
+#include "sim/scene/bounds.h"
+#include "sim/world/contact_view.h"
+#include "sim/world/state.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace sim {
+namespace {
+
+/// Times the step may be divided by two when its contacts do not converge: down to h / 2^6.
+constexpr int division_limit = 6;
+
+/// A body in contact turns by at most this angle [rad] in one interval; the step is divided for it.
+constexpr double largest_turn = 0.4;
+
+/// And the fastest vibration of joints under load advances by at most this phase [rad]: from 2 on Verlet's scheme is
+/// unstable, and gains energy.
+constexpr double largest_phase = 1.0;
+
+/// Impacts at which one step may be stopped before the rest of it holds contacts ahead (a ball coming to rest
+/// bounces infinitely often).
+constexpr int stop_limit = 200;
+
+/// Corrections of the time of an impact: each gains several digits.
+constexpr int impact_corrections = 6;
+
+/// Where an impact stops the step, contacts with a gap up to this share [-] of the tolerance are part of it.
+constexpr double simultaneous_share = 0.1;
+
+/// Largest tolerance [m/s] and least limit [sweeps] of the first solve. Of a block that is put down at 99 % of the friction
+/// angle the solve leaves a slip of about the tolerance times the step, and 1e-6 m are asked for in a minute.
+constexpr double first_tolerance = 1e-7;
+constexpr int first_limit = 2000;
+
+/// Rounds of check and repair after the move before the step is divided.
+constexpr int repair_limit = 8;
+
+std::vector<BodyProps> all_props(const SceneDef& scene) {
+    std::vector<BodyProps> props;
+    for (const BodyDef& body : scene.bodies) {
+        props.push_back(make_body_props(body));
+    }
+    props.emplace_back(); // the world, for joints that hold a body in it; the broad phase does not see it
+    return props;
+}
+
+} // namespace
+
+WorldState::WorldState(const SceneDef& scene, int threads)
+    : reported_count(scene.bodies.size()), settings(scene.step),
+      h(scene.step.time_step.value()), bodies{.props = all_props(scene),
+                                              .pose = {},
+                                              .velocity = {},
+                                              .inverse_inertia = {}},
+      broad_phase(std::span(bodies.props).first(reported_count),
+                  [this](const BodyPair& pair) { return may_touch(pair); }),
+      workers(threads) {
+    for (const BodyDef& body : scene.bodies) {
+        names.push_back(body.name);
+        bodies.pose.push_back({body.pose.position, body.pose.orientation.normalized()});
+        bodies.velocity.push_back(body.is_static() ? Velocity{}
+                                                   : Velocity{body.velocity, body.angular_velocity});
+    }
+    bodies.pose.emplace_back();
+    bodies.velocity.emplace_back();
+    const std::size_t count = bodies.props.size();
+    bodies.inverse_inertia.assign(count, Mat3::Zero());
+    for (const JointDef& joint : scene.joints) {
+        joints.push_back(make_joint(joint, bodies.pose, static_cast<int>(count) - 1));
+        jointed.push_back(
+            {std::min(joints.back().a, joints.back().b), std::max(joints.back().a, joints.back().b)});
+    }
+    std::ranges::sort(jointed);
+    joint_memory.resize(joints.size());
+    for (std::size_t i = 0; i < count; ++i) {
+        bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
+    }
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        is_box.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
+    }
+    contact_solver.set_workers(&workers);
+    collision_solver.set_workers(&workers);
+    StepReport report;
+    find_contacts(report);
+    resolve_collisions(report);
+    // Bodies that are put down carry no impulses yet to start from; what the first solve leaves would be a slip.
+    settings.velocity_tolerance = std::min(settings.velocity_tolerance, first_tolerance);
+    settings.iteration_limit = std::max(settings.iteration_limit, first_limit);
+    plan(report);
+    settings = scene.step;
+    begun_at_limit = report.at_iteration_limit;
+}
+
+StepReport WorldState::step() {
+    StepReport report;
+    report.at_iteration_limit = std::exchange(begun_at_limit, false);
+    stops = 0;
+    progress = 0.0;
+    do {
+        move(report);
+        find_contacts(report);
+        resolve_collisions(report);
+        plan(report);
+    } while (progress < 1.0);
+    return report;
+}
+
+/// Moves all bodies over the planned interval; the impulses for it have been found.
+void WorldState::move(StepReport& report) {
+    const StageClock clock(report, Stage::integrate);
+    const std::span<const Velocity> after_impulses = contact_solver.velocity();
+    const std::span<const Pose> planned = contact_solver.predicted();
+    for (std::size_t i = 0; i < bodies.props.size(); ++i) {
+        if (bodies.props[i].is_static()) {
+            continue;
+        }
+        bodies.velocity[i] = velocity_after(bodies.props[i], bodies.pose[i], planned[i], after_impulses[i],
+                                            settings.gravity, interval);
+        bodies.pose[i] = planned[i];
+        const double sum = bodies.pose[i].position.sum() + bodies.pose[i].orientation.coeffs().sum() +
+                           bodies.velocity[i].v.sum() + bodies.velocity[i].w.sum();
+        if (!std::isfinite(sum)) {
+            throw Error(ExitCode::stopped,
+                        fmt::format("body '{}' has left the range of numbers in step {} (integrate)",
+                                    names[i], step_index));
+        }
+        bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
+    }
+    search_drift += search_drift_in(interval);
+    search_frame += search_frame.isZero(0.0) ? Vec3(Vec3::Zero()) : Vec3(interval * settings.gravity);
+    report.max_penetration = std::max(report.max_penetration, verified_penetration);
+    progress = interval >= interval_left() ? 1.0 : progress + interval / h;
+    if (progress == 1.0) {
+        ++step_index;
+    }
+}
+
+/// Contacts that do not converge between bodies too unlike for any number of sweeps end the run: with momentum the error
+/// falls in about as many sweeps as the root of the ratio of their masses.
+void WorldState::check_mass_ratios(const char* stage) const {
+    const double most = static_cast<double>(settings.iteration_limit) * settings.iteration_limit;
+    for (const PairContacts& pair : pairs) {
+        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+        const double ratio = bodies.props[a].inverse_mass / bodies.props[b].inverse_mass;
+        const bool are_dynamic = !bodies.props[a].is_static() && !bodies.props[b].is_static();
+        if (are_dynamic && !pair.manifold.contacts.empty() && std::max(ratio, 1.0 / ratio) > most) {
+            throw Error(ExitCode::stopped,
+                        fmt::format("bodies '{}' and '{}' differ {:.3g} times in mass and their contacts do not converge "
+                                    "in step {}, expected at most {:.3g} times, the square of iteration_limit ({})",
+                                    names[a], names[b], std::max(ratio, 1.0 / ratio), step_index, most, stage));
+        }
+    }
+}
+
+/// Collisions act on the velocities of the instant: those before the resting impulses plus what they lack. A
+/// body in a collision keeps that velocity, and its motion restarts there.
+void WorldState::resolve_collisions(StepReport& report) {
+    const StageClock clock(report, Stage::collisions);
+    at_node = bodies.velocity;
+    joint_rows.prepare(bodies, joints);
+    joint_rows.pay(joint_memory, {}, at_node);
+    pay_contacts(bodies, pairs, {}, at_node);
+    const std::vector<Velocity> before = at_node;
+    std::vector<char> touched;
+    collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
+    const CollisionReport result =
+        collision_solver.resolve(bodies, pairs, joints, settings, at_node, touched);
+    if (result.collisions > 0) {
+        joint_rows.pay(joint_memory, touched, bodies.velocity);
+        pay_contacts(bodies, pairs, touched, bodies.velocity);
+        for (std::size_t i = 0; i < at_node.size(); ++i) {
+            if (touched[i] == 0) {
+                continue;
+            }
+            bodies.velocity[i].v += at_node[i].v - before[i].v;
+            bodies.velocity[i].w += at_node[i].w - before[i].w;
+        }
+        restart(touched);
+    }
+    report.collisions += result.collisions;
+    report.collision_passes += result.passes;
+    report.collision_iterations += result.iterations;
+    if (!result.converged) {
+        check_mass_ratios("collisions");
+        report.at_iteration_limit = true;
+    }
+}
+
+/// The velocities of these bodies' contacts and joints lack nothing now.
+void WorldState::restart(std::span<const char> touched) {
+    const auto is_touched = [&](int a, int b) {
+        return touched[static_cast<std::size_t>(a)] != 0 || touched[static_cast<std::size_t>(b)] != 0;
+    };
+    for (PairContacts& pair : pairs) {
+        if (is_touched(pair.manifold.body_a, pair.manifold.body_b)) {
+            for (ContactMemory& memory : pair.memory) {
+                memory.last_interval = 0.0;
+            }
+            pair.owed_impulse.setZero();
+            pair.owed_moment.setZero();
+        }
+    }
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+        if (is_touched(joints[i].a, joints[i].b)) {
+            joint_memory[i].owed = 0.0;
+            joint_memory[i].last_interval = 0.0;
+        }
+    }
+}
+
+/// Intervals a second that the fastest rotation in contact asks for [1/s]: of bodies near contact whose contact points
+/// move in the body as it turns, or whose w turns, that is all but balls of equal moments. Throws Error(stopped) beyond
+/// `largest_turn_in_step`.
+double WorldState::intervals_for_spin() const {
+    double most = 0.0;
+    for (const PairContacts& pair : pairs) {
+        for (const int body : {pair.manifold.body_a, pair.manifold.body_b}) {
+            const auto i = static_cast<std::size_t>(body);
+            const bool is_ball = std::holds_alternative<Sphere>(bodies.props[i].shape) &&
+                                 bodies.props[i].inertia_kind == InertiaKind::spherical;
+            const double turn = is_ball ? 0.0 : bodies.velocity[i].w.norm();
+            if (turn * h > largest_turn_in_step) {
+                throw Error(ExitCode::stopped,
+                            fmt::format("body '{}' spins at {:.3g} rad/s in contact in step {}, expected at most {:.3g} "
+                                        "rad/s: {:g} rad a step (contacts)",
+                                        names[i], turn, step_index, largest_turn_in_step / h, largest_turn_in_step));
+            }
+            most = std::max(most, turn / largest_turn);
+        }
+    }
+    return most;
+}
+
+/// The same for the vibration of joints under the load of the last interval.
+double WorldState::intervals_for_joints() const {
+    if (joint_rate * h > largest_turn_in_step) {
+        throw Error(ExitCode::stopped,
+                    fmt::format("joints vibrate at {:.3g} rad/s under their load in step {}, expected at most {:.3g} "
+                                "rad/s: {:g} rad a step (contacts)",
+                                joint_rate, step_index, largest_turn_in_step / h, largest_turn_in_step));
+    }
+    return joint_rate / largest_phase;
+}
+
+/// Finds the impulses of the next interval: the rest of the step, or all of the next one; shorter if an
+/// impact stops it or if its contacts do not converge.
+void WorldState::plan(StepReport& report) {
+    const StageClock clock(report, Stage::contacts);
+    interval = progress < 1.0 ? interval_left() : h;
+    const double parts = std::ceil(interval * std::max(intervals_for_spin(), intervals_for_joints()));
+    if (parts > 1.0) {
+        interval /= parts;
+        ++report.divisions;
+    }
+    for (int division = 0;; ++division) {
+        stopped_at_impact = false;
+        bool good = plan_interval(report);
+        if (stops_at_impacts()) {
+            stop_at_impact(report, good);
+        }
+        if (good) {
+            break;
+        }
+        if (division == division_limit) {
+            check_mass_ratios("contacts");
+            report.at_iteration_limit = true;
+            break;
+        }
+        ++report.divisions;
+        interval *= 0.5;
+    }
+    if (stopped_at_impact) {
+        ++stops;
+        ++report.impacts_stopped_at;
+    }
+    contact_solver.remember(bodies, pairs, joint_memory);
+    joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
+}
+
+/// Are impacts waited for, rather than held ahead?
+bool WorldState::stops_at_impacts() const {
+    return settings.impacts == ImpactHandling::stop && stops < stop_limit;
+}
+
+/// Shortens the planned interval to its first impact, if there is one. good: did the plan converge?
+void WorldState::stop_at_impact(StepReport& report, bool& good) {
+    const std::optional<Impact> impact =
+        time_of_impact(bodies, contact_solver.velocity(), pairs, settings, interval);
+    const std::optional<double> overlap = overlap_time();
+    if (!impact && !overlap) {
+        return;
+    }
+    const bool by_feature = impact && (!overlap || impact->time <= *overlap);
+    const double time = by_feature ? impact->time : *overlap;
+    if (time >= interval - shortest_interval(settings)) {
+        return;
+    }
+    stopped_at_impact = true;
+    if (by_feature) {
+        good = plan_until_impact(*impact, report);
+    } else {
+        interval = std::max(time, shortest_interval(settings));
+        good = plan_interval(report);
+    }
+}
+
+/// Plans the interval that ends at an impact. Its end moves a little with the impulses of the shorter
+/// interval, so the time is corrected until the gap at the planned poses is closed. Returns false if the plan did not
+/// converge.
+bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
+    const double longest = interval;
+    const Contact contact = pairs[impact.pair].manifold.contacts[impact.contact];
+    const auto a = static_cast<std::size_t>(pairs[impact.pair].manifold.body_a);
+    const auto b = static_cast<std::size_t>(pairs[impact.pair].manifold.body_b);
+    const double shortest = shortest_interval(settings);
+    interval = std::max(impact.time, shortest);
+    for (int correction = 0; correction < impact_corrections; ++correction) {
+        const bool good = plan_interval(report);
+        const std::span<const Pose> planned = contact_solver.predicted();
+        const double gap = impact_gap(contact, {bodies.pose[a], bodies.pose[b]}, {planned[a], planned[b]}, touch_gap(settings));
+        const double approach = (contact.at.gap - gap) / interval;
+        if (std::abs(gap) <= 0.5 * touch_gap(settings) || approach <= 0.0) {
+            return good;
+        }
+        interval = std::clamp(interval + gap / approach, std::max(0.5 * interval, shortest), longest);
+    }
+    return plan_interval(report);
+}
+
+/// One solve over `interval`, checked on the geometry after the move. Returns false if it did not converge.
+bool WorldState::plan_interval(StepReport& report) {
+    StepSettings used = settings;
+    used.impacts = stops_at_impacts() ? ImpactHandling::stop : ImpactHandling::ahead;
+    put_back_replaced();
+    contact_solver.prepare(bodies, pairs, joints, joint_memory, used, interval);
+    check_all = true;
+    bool good = false;
+    for (int round = 0; round < repair_limit; ++round) {
+        const ContactSolveReport result = contact_solver.solve(bodies, pairs, joints);
+        report.contact_iterations += result.iterations;
+        report.residual = result.residual;
+        const int repaired = repair();
+        good = result.converged && repaired == 0 && meeting.empty();
+        if (!result.converged || repaired == 0) {
+            break;
+        }
+    }
+    report.contacts = contact_solver.contact_count();
+    report.joints = static_cast<int>(joints.size());
+    return good;
+}
+
+Snapshot WorldState::take_snapshot(ContactDetail contacts) const {
+    Snapshot snapshot;
+    snapshot.step = step_index;
+    snapshot.time = static_cast<double>(step_index * settings.time_step.num) /
+                    static_cast<double>(settings.time_step.den);
+    const std::vector<Velocity> velocity = contact_solver.velocity_at_node(bodies);
+    for (std::size_t i = 0; i < reported_count; ++i) {
+        snapshot.bodies.push_back(
+            {bodies.pose[i].position, bodies.pose[i].orientation, velocity[i].v, velocity[i].w});
+    }
+    if (contacts != ContactDetail::none) {
+        snapshot.contacts = loaded_contacts(pairs, h);
+        snapshot.contact_count = static_cast<std::int64_t>(snapshot.contacts.size());
+        if (contacts == ContactDetail::count) {
+            snapshot.contacts.clear();
+        }
+    }
+    return snapshot;
+}
+
+World::World(const SceneDef& scene, int threads) : state_(std::make_unique<WorldState>(scene, threads)) {}
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+StepReport World::step() {
+    return state_->step();
+}
+std::int64_t World::step_index() const {
+    return state_->step_index;
+}
+double World::time() const {
+    const Rational& h = state_->settings.time_step;
+    return static_cast<double>(state_->step_index * h.num) / static_cast<double>(h.den);
+}
+Snapshot World::take_snapshot(ContactDetail contacts) const {
+    return state_->take_snapshot(contacts);
+}
+void World::record_impacts() {
+    state_->collision_solver.impacts = &state_->impacts;
+}
+std::vector<ContactSnapshot> World::take_impacts() {
+    return std::exchange(state_->impacts, {});
+}
+
+} // namespace sim
