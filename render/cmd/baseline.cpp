@@ -91,10 +91,6 @@ std::string folder_name(std::string renderer) {
     return renderer;
 }
 
-std::string renderer_string() {
-    return render::GlContext().renderer_string();
-}
-
 /// The baseline that this machine is held against.
 fs::path find_baseline(const fs::path& folder, const std::string& scene, const std::string& renderer) {
     const fs::path own = folder / scene / folder_name(renderer);
@@ -163,6 +159,13 @@ void draw(const sim::SceneDef& scene, const fs::path& folder, Record& record) {
     }
 }
 
+/// The scene of a baseline, to be drawn by what the user asks for.
+sim::SceneDef load_drawn(const std::string& file, const std::vector<std::string>& overrides, const std::string& gl) {
+    sim::SceneDef scene = sim::load_scene(file, overrides);
+    scene.output.gl = gl.empty() ? scene.output.gl : gl;
+    return scene;
+}
+
 /// The folder as one side of a comparison.
 diff::Source source_of(const fs::path& folder, const Record& record) {
     diff::Source source = diff::find_source(folder);
@@ -172,10 +175,10 @@ diff::Source source_of(const fs::path& folder, const Record& record) {
 }
 
 /// Draws one scene as its baseline was drawn, and compares.
-diff::Case check_scene(const std::string& file, const BaselineOptions& options,
-                       const CompareOptions& comparing, const std::string& renderer) {
-    const std::string name = sim::load_scene(file).name;
-    const fs::path folder = find_baseline(options.folder, name, renderer);
+diff::Case check_scene(const std::string& file, const BaselineOptions& options, const CompareOptions& comparing) {
+    const sim::SceneDef scene = load_drawn(file, {}, options.gl);
+    const std::string& name = scene.name;
+    const fs::path folder = find_baseline(options.folder, name, render::renderer_string(scene.output.gl));
     const std::optional<Record> reference = read_record(folder);
     Record candidate = reference.value_or(Record{});
     if (!reference) {
@@ -184,7 +187,7 @@ diff::Case check_scene(const std::string& file, const BaselineOptions& options,
         candidate.overrides = overrides_of(size);
     }
     const fs::path drawn = fs::path(options.report) / "candidates" / name;
-    draw(sim::load_scene(file, candidate.overrides), drawn, candidate);
+    draw(load_drawn(file, candidate.overrides, options.gl), drawn, candidate);
 
     diff::Source before;
     before.path = folder;
@@ -213,18 +216,18 @@ int check(const BaselineOptions& options, const std::string& command) {
     comparing.prints_json = options.prints_json;
     comparing.is_quiet = options.is_quiet;
     prepare_report(options.report);
-    const std::string renderer = renderer_string();
     diff::Comparison comparison = start_comparison(comparing, command);
     for (const std::string& scene : options.scenes) {
-        comparison.cases.push_back(check_scene(scene, options, comparing, renderer));
+        comparison.cases.push_back(check_scene(scene, options, comparing));
     }
     return finish_comparison(comparing, comparison);
 }
 
 void update(const BaselineOptions& options) {
-    const std::string renderer = renderer_string();
     for (const std::string& file : options.scenes) {
-        const std::string name = sim::load_scene(file).name;
+        const sim::SceneDef scene = load_drawn(file, {}, options.gl);
+        const std::string& name = scene.name;
+        const std::string renderer = render::renderer_string(scene.output.gl);
         const fs::path folder = options.is_for_this_renderer
                                     ? fs::path(options.folder) / name / folder_name(renderer)
                                     : find_baseline(options.folder, name, renderer);
@@ -243,7 +246,7 @@ void update(const BaselineOptions& options) {
 
         const fs::path fresh = folder.string() + ".part";
         try {
-            draw(sim::load_scene(file, record.overrides), fresh, record);
+            draw(load_drawn(file, record.overrides, options.gl), fresh, record);
             write_record(fresh, record);
             fs::remove_all(folder);
             fs::rename(fresh, folder);
@@ -270,6 +273,7 @@ void add_baseline_verbs(CLI::App& baseline, BaselineOptions& options, const std:
         verb->add_option("SCENE", options.scenes, "Scene files (TOML)")->required()->type_name("");
         verb->add_option("--baselines", options.folder, "Folder of the baselines (default: baselines)")
             ->type_name("DIR");
+        add_gl_option(*verb, options.gl);
         verb->add_flag("--quiet", options.is_quiet, "Only errors are printed");
         return verb;
     };

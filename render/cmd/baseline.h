@@ -17,6 +17,7 @@ struct BaselineOptions {
     std::string junit;  ///< file; empty: none
     std::string limits; ///< file; empty: defaults
     bool prints_json = false;
+    std::string gl; ///< what draws; empty: what the scene says
     bool is_quiet = false;
     // Of update; empty: as the baseline was made, or the defaults for a new one.
     std::string size;                     ///< "WxH" [px]; default 320x180

@@ -4,7 +4,6 @@
 #include "render/cmd/progress.h"
 #include "render/cmd/run_record.h"
 #include "render/film/film.h"
-#include "render/film/memory.h"
 #include "sim/base/error.h"
 #include "sim/scene/file.h"
 
@@ -76,7 +75,7 @@ void join_frames(const Options& options) {
         frame_paths(options.inputs, sim::frame_count(output.duration, output.fps));
     const fs::path folder =
         options.out.empty() ? fs::path(options.inputs.front()) : options.out / fs::path(scene.name);
-    render::require_memory(output.width, output.height);
+    require_film(scene);
     const Workplace workplace(folder);
     const std::string name = scene.name + ".mp4";
     workplace.remove_file(name);

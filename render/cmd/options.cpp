@@ -1,6 +1,8 @@
 #include "render/cmd/options.h"
 
 #include "render/cmd/usage.h"
+#include "render/film/film.h"
+#include "render/film/memory.h"
 #include "render/study/preset.h"
 #include "sim/base/error.h"
 #include "sim/base/rational.h"
@@ -123,6 +125,7 @@ sim::SceneDef load_with_preset(const Options& options, const std::string& input)
         all.insert(all.end(), changes.begin(), changes.end());
         scene = sim::load_scene(input, all);
     }
+    scene.output.gl = options.gl.empty() ? scene.output.gl : options.gl;
     return scene;
 }
 
@@ -178,8 +181,15 @@ void add_frame_options(CLI::App& verb, Options& options) {
     verb.add_flag("--body-ids", options.has_body_ids,
                   "Beside each frame which body each pixel shows: tumble compare then names bodies");
     verb.add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
+    add_gl_option(verb, options.gl);
     verb.add_flag("--portable", options.is_portable,
                   "The same pictures on processors with and without fused multiply-add; slower");
+}
+
+void add_gl_option(CLI::App& verb, std::string& gl) {
+    verb.add_option("--gl", gl, "What draws: osmesa, egl, or egl:0 and on, graphics cards; see tumble devices")
+        ->type_name("DEVICE")
+        ->check(CLI::Validator([](const std::string& word) { return sim::gl_word_fault(word); }, ""));
 }
 
 void add_still_options(CLI::App& verb, Options& options) {
@@ -345,6 +355,19 @@ sim::SceneDef load_scene(const std::string& path, const Options& options) {
     } catch (const Error& error) {
         throw Error(error.code(), as_typed(error.what(), options) + nearest_file(path));
     }
+}
+
+void require_film(const sim::SceneDef& scene) {
+    const sim::OutputDef& output = scene.output;
+    render::require_memory(output.width, output.height);
+    const std::vector<std::string> names = render::encoder_names();
+    if (output.encoder != render::automatic_encoder && std::ranges::find(names, output.encoder) == names.end()) {
+        throw Error(ExitCode::usage,
+                    fmt::format("{}: output.encoder '{}': expected auto or an encoder that this libavcodec has: {}{}",
+                                scene.name, output.encoder, fmt::join(names, ", "),
+                                sim::near_miss(output.encoder, names)));
+    }
+    render::require_encoder(render::video_settings(scene), output.width, output.height);
 }
 
 int thread_count(const Options& options) {

@@ -37,6 +37,7 @@ struct Options {
     bool has_animation = false;
     bool is_resumed = false;   ///< whole frames of an earlier run stay
     bool has_body_ids = false; ///< which body each pixel shows, beside the frames
+    std::string gl;            ///< what draws; empty: what the scene says
     bool is_portable = false;  ///< pictures as processors without fused multiply-add draw them
     bool is_quiet = false;
 };
@@ -58,8 +59,10 @@ FrameRange frame_range(const Options& options, std::int64_t frame_count);
 
 /// Adds the options of one verb. `options` must outlive the parsing.
 void add_options(CLI::App& verb, Options& options, Changes changes);
-/// --frames, --resume and --portable.
+/// --frames, --resume, --gl and --portable.
 void add_frame_options(CLI::App& verb, Options& options);
+/// --gl alone.
+void add_gl_option(CLI::App& verb, std::string& gl);
 /// --poster, --sheet and --webp.
 void add_still_options(CLI::App& verb, Options& options);
 
@@ -80,6 +83,10 @@ sim::SceneDef load_scene(const std::string& path, const Options& options);
 /// ...".
 std::string as_typed(const std::string& message, const Options& options);
 
+/// Throws Error before anything is made: stopped if memory cannot hold the scene's pictures, usage if the film's encoder
+/// is not there or refuses them.
+void require_film(const sim::SceneDef& scene);
+
 /// Threads to simulate with, >= 1: those asked for, else one a core. Those that draw at the same time share the cores.
 int thread_count(const Options& options);
 
@@ -98,6 +105,8 @@ void check_scenes(const Options& options);
 void list_scenes(const Options& options);
 /// tumble new: writes a commented scene to start from.
 void new_scene(const Options& options);
+/// tumble devices: a line for each thing that can draw.
+void list_devices(const Options& options);
 /// tumble gallery: a page of all results in a folder.
 void write_gallery(const Options& options);
 

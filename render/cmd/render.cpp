@@ -3,7 +3,6 @@
 #include "render/cmd/run_record.h"
 #include "render/cmd/supervise.h"
 #include "render/film/film.h"
-#include "render/film/memory.h"
 #include "render/gl/context.h"
 #include "sim/base/error.h"
 #include "sim/record/trajectory.h"
@@ -43,6 +42,7 @@ sim::SceneDef scene_of(const sim::TrajectoryReader& trajectory, const std::strin
         }
     };
     sim::SceneDef scene = parsed();
+    scene.output.gl = options.gl.empty() ? scene.output.gl : options.gl;
     if (scene.bodies.size() != info.body_names.size()) {
         throw Error(ExitCode::usage, fmt::format("{} has {} bodies, its scene {}", path,
                                                  info.body_names.size(), scene.bodies.size()));
@@ -103,7 +103,7 @@ void render_trajectory(const Options& options) {
     const std::vector<std::size_t> records = records_of_frames(trajectory, path.string(), scene);
     const auto frame_count = static_cast<std::int64_t>(records.size());
     const FrameRange frames = frame_range(options, frame_count);
-    render::require_memory(scene.output.width, scene.output.height);
+    require_film(scene);
     const bool is_slice = !options.frames.empty();
 
     const fs::path folder = options.out.empty() ? path.parent_path() : options.out / fs::path(scene.name);

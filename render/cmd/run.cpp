@@ -4,7 +4,6 @@
 #include "render/cmd/run_record.h"
 #include "render/cmd/simulation.h"
 #include "render/cmd/supervise.h"
-#include "render/film/memory.h"
 #include "render/gl/context.h"
 #include "render/gl/shader.h"
 #include "render/study/law.h"
@@ -222,11 +221,11 @@ void run_all(const Options& options, bool has_pictures) {
                                     scenes.back().name, (out / scenes.back().name).string()));
         }
         frame_range(options, frame_count_of(scenes.back()));
+        if (has_pictures) {
+            require_film(scenes.back());
+        }
     }
     for (const sim::SceneDef& scene : scenes) {
-        if (has_pictures) {
-            render::require_memory(scene.output.width, scene.output.height);
-        }
         if (options.frames.empty()) {
             run_scene(scene, out / scene.name, options, has_pictures);
         } else {

@@ -19,7 +19,7 @@ namespace {
 
 RunRecord record_of(const sim::SceneDef& scene) {
     return {"tumble " TUMBLE_VERSION,
-            render::renderer_string(),
+            render::renderer_string(scene.output.gl),
             render::processor_class(),
             render::shaders_hash(),
             scene.name,

@@ -68,6 +68,9 @@ void add_other_verbs(CLI::App& app, cmd::Options& options) {
         ->expected(1);
     new_verb->add_flag("--quiet", options.is_quiet, "Only errors are printed");
     new_verb->final_callback([&options] { cmd::new_scene(options); });
+    app.add_subcommand("devices", "What can draw here: OpenGL in software, graphics cards")->final_callback([&options] {
+        cmd::list_devices(options);
+    });
     app.add_subcommand("man", "Prints the manual page, for man -l -")->final_callback([&app] {
         std::fputs(cmd::man_page(app).c_str(), stdout);
     });

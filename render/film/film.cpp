@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <deque>
 
 namespace render {
 
@@ -72,6 +73,7 @@ VideoSettings video_settings(const sim::SceneDef& scene) {
     settings.fps = scene.output.fps;
     settings.crf = scene.output.crf;
     settings.preset = scene.output.effort;
+    settings.encoder = scene.output.encoder;
     settings.metadata = {{"title", scene.title.empty() ? scene.name : scene.title}, {"comment", comment}};
     return settings;
 }
@@ -193,25 +195,42 @@ void Film::draw_shots() {
         renderer.emplace(plan_);
         renderer_string_ = renderer->renderer_string();
     }
-    const int middle = scene_.output.shutter > 0.0 ? scene_.output.subframes / 2 : 0;
     for (std::size_t i = 0; i < raw_pictures; ++i) {
         blanks_.push({});
     }
-    while (std::optional<Shot> shot = listed_.pop()) {
-        if (shot->kept == nullptr) {
+    // Shots that OpenGL has begun, and kept ones between them.
+    std::deque<Shot> begun;
+    int drawing = 0; // of them that OpenGL has begun
+    const auto hand_on_first = [&] {
+        Shot shot = std::move(begun.front());
+        begun.pop_front();
+        if (shot.kept == nullptr) {
             std::optional<RawPicture> blank = blanks_.pop();
             if (!blank) {
                 return;
             }
             const Stopwatch watch(times_.draw);
-            shot->raw = std::move(*blank);
-            renderer->draw(shot->list, shot->raw);
-            // What lies over a blurred picture lies where the middle one shows it.
-            if (overlay_.needs_depth() && shot->left == middle) {
-                shot->depth = renderer->depth();
-            }
+            shot.raw = std::move(*blank);
+            renderer->finish(shot.raw, shot.depth);
+            --drawing;
         }
-        drawn_.push(std::move(*shot));
+        drawn_.push(std::move(shot));
+    };
+    const int middle = scene_.output.shutter > 0.0 ? scene_.output.subframes / 2 : 0;
+    while (std::optional<Shot> shot = listed_.pop()) {
+        if (shot->kept == nullptr) {
+            const Stopwatch watch(times_.draw);
+            // What lies over a blurred picture lies where the middle one shows it.
+            renderer->begin(shot->list, overlay_.needs_depth() && shot->left == middle);
+            ++drawing;
+        }
+        begun.push_back(std::move(*shot));
+        while (drawing == renderer->capacity() || (!begun.empty() && begun.front().kept != nullptr)) {
+            hand_on_first();
+        }
+    }
+    while (!begun.empty()) {
+        hand_on_first();
     }
     drawn_.close();
 }

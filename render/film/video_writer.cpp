@@ -1,6 +1,7 @@
 #include "render/film/video_writer.h"
 
 #include "render/film/av_handles.h"
+#include "render/film/encoder.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 
@@ -10,7 +11,6 @@ extern "C" {
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 
 namespace render {
 
@@ -18,13 +18,6 @@ using sim::Error;
 using sim::ExitCode;
 
 namespace {
-
-// One thread and no code path chosen by the processor: with x264's defaults both bytes and decoded pixels
-// change with the number of cores and with SSE4.2 or AVX2.
-const std::string reproducible_x264 = "threads=1:lookahead-threads=1:cpu-independent=1";
-
-// Quicker search for motion in the preset that films have by default: 40 % less time, files larger by a quarter.
-constexpr const char* quick_search = ":subme=1:me=dia:partitions=none";
 
 // Chroma from every source pixel, no shortcuts that depend on the processor.
 constexpr int scaler_flags =
@@ -38,6 +31,13 @@ int even(int size) {
 }
 
 } // namespace
+
+void require_encoder(const VideoSettings& settings, int width, int height) {
+    if (settings.encoder != automatic_encoder) {
+        quiet_libav();
+        open_encoder(settings, even(width), even(height), true);
+    }
+}
 
 struct VideoWriter::Impl {
     std::filesystem::path path;
@@ -110,52 +110,18 @@ void VideoWriter::Impl::open_file() {
 }
 
 void VideoWriter::Impl::open_codec(const VideoSettings& settings) {
-    const AVCodec* encoder = avcodec_find_encoder_by_name("libx264");
-    if (encoder == nullptr) {
-        fail("this libavcodec has no libx264");
-    }
-    constexpr std::int64_t int_limit = std::numeric_limits<int>::max();
-    if (settings.fps.num <= 0 || settings.fps.num > int_limit || settings.fps.den > int_limit) {
-        fail("frame rate out of range", ExitCode::usage);
-    }
-    const AVRational fps{static_cast<int>(settings.fps.num), static_cast<int>(settings.fps.den)};
-    codec.reset(avcodec_alloc_context3(encoder));
-    check_memory(codec);
-    codec->width = even(width);
-    codec->height = even(height);
-    codec->pix_fmt = AV_PIX_FMT_YUV420P;
-    codec->time_base = av_inv_q(fps);
-    codec->framerate = fps;
-    codec->sample_aspect_ratio = {1, 1};
-    codec->color_primaries = AVCOL_PRI_BT709;
-    codec->color_trc = AVCOL_TRC_BT709;
-    codec->colorspace = AVCOL_SPC_BT709;
-    codec->color_range = AVCOL_RANGE_MPEG;
-    codec->chroma_sample_location = AVCHROMA_LOC_LEFT;
-    codec->thread_count = 1;
-    codec->flags |= AV_CODEC_FLAG_BITEXACT;
-    if ((format->oformat->flags & AVFMT_GLOBALHEADER) != 0) {
-        codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
-    }
-    Dictionary options;
-    check(options.set("preset", settings.preset.c_str()));
-    check(options.set("crf", std::to_string(settings.crf).c_str()));
-    const bool is_quick = settings.preset == "veryfast";
-    check(options.set("x264-params", (reproducible_x264 + (is_quick ? quick_search : "")).c_str()));
-    const int opened = avcodec_open2(codec.get(), encoder, options.get());
-    if (opened < 0) {
-        fail("x264 refuses a film of " + std::to_string(codec->width) + "x" + std::to_string(codec->height) +
-                 " with crf " + std::to_string(settings.crf) + " and preset '" + settings.preset +
-                 "': " + av_text(opened),
-             ExitCode::usage);
-    }
-    if (options.first_key() != nullptr) {
-        fail(std::string("libx264 does not know the option '") + options.first_key() + "'", ExitCode::usage);
+    try {
+        codec = open_encoder(settings, even(width), even(height), (format->oformat->flags & AVFMT_GLOBALHEADER) != 0);
+    } catch (const Error& error) {
+        fail(error.what(), error.code());
     }
 }
 
 void VideoWriter::Impl::write_header(const VideoSettings& settings) {
     check(avcodec_parameters_from_context(stream->codecpar, codec.get()));
+    if (codec->codec_id == AV_CODEC_ID_HEVC) {
+        stream->codecpar->codec_tag = MKTAG('h', 'v', 'c', '1'); // the name under which all players know it
+    }
     stream->time_base = codec->time_base;
     stream->avg_frame_rate = codec->framerate;
     stream->r_frame_rate = codec->framerate;

@@ -1,10 +1,10 @@
 #pragma once
 /// Pictures in memory -> MP4 file, in the process (sole user of libav for writing).
 ///
-/// H.264 4:2:0 by x264, constant frame rate, index at the front (fast start). RGB is converted by BT.709 to
-/// the limited range with chroma sited left, and the stream is tagged so. The same pictures and settings give
-/// the same bytes on every x86-64 processor and for any number of cores, with the same versions of libav and
-/// x264.
+/// 4:2:0 of H.264 by x264, or by another encoder of libavcodec's; constant frame rate, index at the front (fast
+/// start). RGB is converted by BT.709 to the limited range with chroma sited left, and the stream is tagged so. With
+/// x264 the same pictures and settings give the same bytes on every x86-64 processor and for any number of cores, with
+/// the same versions of libav and x264.
 ///
 /// 4:2:0 has one chroma sample for 2 x 2 pixels and H.264 can crop only by these, so an odd width or height
 /// is made even by repeating the last column or row: a film of 641 x 361 pictures is 642 x 362.
@@ -19,13 +19,23 @@
 
 namespace render {
 
+/// The encoder's name that stands for x264.
+inline constexpr const char* automatic_encoder = "auto";
+
 struct VideoSettings {
     sim::Rational fps{60, 1};      ///< [1/s] > 0, numerator and denominator below 2^31
-    int crf = 18;                  ///< x264's rate factor [-] 0 (lossless) .. 51; 18 looks like the source
-    std::string preset = "medium"; ///< x264's preset: effort against file size
+    int crf = 18;                  ///< rate factor [-] 0 (of x264: lossless) .. 51; 18 looks like the source
+    std::string preset = "medium"; ///< of x264 and x265: effort against file size
+    std::string encoder = automatic_encoder; ///< libavcodec's name of one of H.264, HEVC or AV1
     /// Key and text, written into the file in this order ("title", "comment", ...).
     std::vector<std::pair<std::string, std::string>> metadata{};
 };
+
+/// Of libavcodec's encoders, those of H.264, HEVC and AV1, in alphabetical order.
+std::vector<std::string> encoder_names();
+
+/// Throws Error (usage) if the encoder is not there or refuses such pictures, before anything is written.
+void require_encoder(const VideoSettings& settings, int width, int height);
 
 class VideoWriter {
 public:

@@ -1,36 +1,106 @@
 #include "render/gl/context.h"
 
-#include "render/gl/handles.h"
+#include "render/gl/platform.h"
 #include "sim/base/error.h"
 
-#include <GL/osmesa.h>
+#include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
+#include <charconv>
 #include <cstdlib>
 #include <thread>
 
 namespace render {
 
+using sim::Error;
+using sim::ExitCode;
+
 namespace {
 
-struct ContextDeleter {
-    void operator()(osmesa_context* context) const noexcept { OSMesaDestroyContext(context); }
-};
+// From GL_NVX_gpu_memory_info, in kilobytes.
+constexpr GLenum total_memory = 0x9048;
+
+#if defined(TUMBLE_OSMESA)
+constexpr const char* automatic = "osmesa";
+#else
+constexpr const char* automatic = "egl";
+#endif
+
+#if defined(TUMBLE_EGL)
+/// Those of graphics cards, or the one that draws in software.
+std::vector<EglDevice> egl_devices_of(bool is_software) {
+    std::vector<EglDevice> devices = egl_devices();
+    std::erase_if(devices, [&](const EglDevice& device) { return device.is_software != is_software; });
+    return devices;
+}
+
+PlatformContext make_egl(const std::string& word) {
+    const bool is_software = word == "egl";
+    const std::vector<EglDevice> devices = egl_devices_of(is_software);
+    if (is_software) {
+        return make_egl_context(devices.empty() ? EglDevice{.is_software = true} : devices.front());
+    }
+    std::size_t index = devices.size();
+    std::from_chars(word.data() + word.find(':') + 1, word.data() + word.size(), index);
+    if (index >= devices.size()) {
+        throw Error(ExitCode::io, fmt::format("there is no graphics card {}: EGL finds {}; tumble devices lists what "
+                                              "can draw",
+                                              word, devices.size()));
+    }
+    return make_egl_context(devices[index]);
+}
+#endif
+
+PlatformContext make_platform_context(const std::string& word) {
+#if defined(TUMBLE_OSMESA)
+    if (word == "osmesa") {
+        return make_osmesa_context();
+    }
+#endif
+#if defined(TUMBLE_EGL)
+    if (word != "osmesa") {
+        return make_egl(word);
+    }
+#endif
+    throw Error(ExitCode::io, fmt::format("this program was built without {}; tumble devices lists what can draw",
+                                          word == "osmesa" ? "OSMesa" : "EGL"));
+}
 
 std::string gl_string(GLenum name) {
     const GLubyte* text = glGetString(name);
     return text == nullptr ? "unknown" : reinterpret_cast<const char*>(text);
 }
 
+/// What a device is, or why it cannot be used.
+GlDevice try_device(const std::string& word) {
+    GlDevice device{.word = word};
+    device.is_automatic = word == automatic;
+    device.is_software = !word.starts_with("egl:");
+    try {
+        const GlContext context(word);
+        device.renderer = context.renderer_string();
+        GLint kilobytes = 0;
+        glGetIntegerv(total_memory, &kilobytes);
+        if (glGetError() == GL_NO_ERROR && !device.is_software) {
+            device.memory = std::int64_t{1024} * kilobytes;
+        }
+    } catch (const Error& error) {
+        device.problem = error.what();
+    }
+    return device;
+}
+
 } // namespace
 
-struct GlContext::Impl {
-    /// OSMesa wants a picture of its own; all drawing goes to framebuffer objects.
-    std::array<std::uint8_t, 4> pixel{};
-    std::unique_ptr<osmesa_context, ContextDeleter> context;
-};
+void load_gl_functions(GlFunction (*find)(const char* name)) {
+#define GL_LOAD(name, type)                                                                                            \
+    name = reinterpret_cast<type>(find(#name));                                                                        \
+    if (name == nullptr) {                                                                                             \
+        throw Error(ExitCode::io, "OpenGL has no " #name);                                                             \
+    }
+    GL_FUNCTIONS(GL_LOAD)
+#undef GL_LOAD
+}
 
 void configure_gl(bool portable) {
     constexpr int keeps = 0; // what the user has set
@@ -61,41 +131,37 @@ std::string processor_class() {
 #endif
 }
 
-GlContext::GlContext() : impl_(std::make_unique<Impl>()) {
-    constexpr std::array<int, 15> attributes{OSMESA_FORMAT,
-                                             OSMESA_RGBA,
-                                             OSMESA_DEPTH_BITS,
-                                             0,
-                                             OSMESA_STENCIL_BITS,
-                                             0,
-                                             OSMESA_ACCUM_BITS,
-                                             0,
-                                             OSMESA_PROFILE,
-                                             OSMESA_CORE_PROFILE,
-                                             OSMESA_CONTEXT_MAJOR_VERSION,
-                                             4,
-                                             OSMESA_CONTEXT_MINOR_VERSION,
-                                             2,
-                                             0};
-    impl_->context.reset(OSMesaCreateContextAttribs(attributes.data(), nullptr));
-    if (impl_->context == nullptr) {
-        throw sim::Error(sim::ExitCode::io, "OSMesa gives no OpenGL 4.2 core context");
+std::vector<GlDevice> gl_devices() {
+    std::vector<GlDevice> devices;
+#if defined(TUMBLE_OSMESA)
+    devices.push_back(try_device("osmesa"));
+#endif
+#if defined(TUMBLE_EGL)
+    devices.push_back(try_device("egl"));
+    for (std::size_t i = 0; i < egl_devices_of(false).size(); ++i) {
+        devices.push_back(try_device(fmt::format("egl:{}", i)));
     }
-    if (OSMesaMakeCurrent(impl_->context.get(), impl_->pixel.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
-        throw sim::Error(sim::ExitCode::io, "OSMesa cannot make its context current");
+#endif
+    return devices;
+}
+
+GlContext::GlContext(const std::string& word)
+    : word_(word == "auto" ? automatic : word), is_software_(!word_.starts_with("egl:")) {
+    const PlatformContext context = make_platform_context(word_);
+    owner_ = context.owner;
+    load_gl_functions(context.find);
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    GLint depth_mode = 0;
+    glGetIntegerv(GL_CLIP_DEPTH_MODE, &depth_mode);
+    if (glGetError() != GL_NO_ERROR || depth_mode != GL_ZERO_TO_ONE) {
+        throw Error(ExitCode::io, fmt::format("{} ({}) has no glClipControl", word_, renderer_string()));
     }
-    // The one function that the library has but does not export by name.
-    const auto clip_control = reinterpret_cast<PFNGLCLIPCONTROLPROC>(OSMesaGetProcAddress("glClipControl"));
-    if (clip_control == nullptr) {
-        throw sim::Error(sim::ExitCode::io, "OSMesa has no glClipControl");
-    }
-    clip_control(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
 }
 
 GlContext::~GlContext() = default;
 
-std::string renderer_string() {
-    return GlContext().renderer_string();
+std::string renderer_string(const std::string& word) {
+    return GlContext(word).renderer_string();
 }
 
 std::string GlContext::renderer_string() const {
@@ -104,9 +170,11 @@ std::string GlContext::renderer_string() const {
 
 void GlContext::check(const char* where) const {
     const GLenum error = glGetError();
+    if (error == GL_CONTEXT_LOST) {
+        throw Error(ExitCode::io, fmt::format("the driver of {} was lost while {}", word_, where));
+    }
     if (error != GL_NO_ERROR) {
-        throw sim::Error(sim::ExitCode::io,
-                         std::string("OpenGL error ") + std::to_string(error) + " while " + where);
+        throw Error(ExitCode::io, fmt::format("OpenGL error {} while {}", error, where));
     }
 }
 

@@ -1,10 +1,6 @@
 #pragma once
 /// Owners of OpenGL names: move-only, released by the destructor while the context that made them is current.
-#ifndef GL_GLEXT_PROTOTYPES
-#define GL_GLEXT_PROTOTYPES
-#endif
-#include <GL/gl.h>
-#include <GL/glext.h>
+#include "render/gl/functions.h"
 
 #include <utility>
 

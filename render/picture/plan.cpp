@@ -11,6 +11,7 @@ namespace render {
 RenderSettings render_settings(const sim::OutputDef& output) {
     RenderSettings settings;
     settings.camera = output.camera;
+    settings.gl = output.gl;
     settings.shadow_size = output.shadow_size;
     settings.soft_shadows = output.soft_shadows;
     settings.smooth_edges = output.smooth_edges;

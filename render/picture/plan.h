@@ -15,6 +15,7 @@ namespace render {
 
 struct RenderSettings {
     std::string camera = {};  ///< name; empty: what the scene's output says
+    std::string gl = "auto";  ///< what draws, as GlContext takes it
     int shadow_size = 1024;   ///< [px] side of the shadow map
     bool soft_shadows = true; ///< edges four texels wide; else two
     bool smooth_edges = true;

@@ -4,6 +4,7 @@
 #include "render/gl/handles.h"
 #include "render/gl/mesh.h"
 #include "render/gl/shader.h"
+#include "render/picture/picture_reader.h"
 #include "render/scene/mesh.h"
 #include "sim/base/error.h"
 
@@ -151,8 +152,7 @@ struct Renderer::Impl {
     GlContext context; // first: it outlives all names below
     std::shared_ptr<const PicturePlan> plan;
     Viewport viewport;
-    std::string constants;           ///< of all shaders
-    glm::mat4 clip_from_world{1.0f}; // of the last picture
+    std::string constants; ///< of all shaders
 
     GlBuffer instances;
     GlBuffer frame_block;
@@ -181,9 +181,11 @@ struct Renderer::Impl {
     std::map<std::array<int, 3>, Program> round_programs; // by (pattern, mirrored spheres, mirrored boxes)
     RawPicture raw;
     DrawList last_list; ///< of the last picture
+    DepthPicture last_depth;
+    PictureReader reader;
 
     explicit Impl(std::shared_ptr<const PicturePlan> picture_plan)
-        : plan(std::move(picture_plan)), viewport(plan->viewport()),
+        : context(picture_plan->settings().gl), plan(std::move(picture_plan)), viewport(plan->viewport()),
           constants(std::string("#define SOFT_SHADOWS ") + (plan->settings().soft_shadows ? "1" : "0") +
                     "\n" + scene_constants(plan->geometry(), viewport.shadow_size) +
                     plan->settings().shader_lines) {
@@ -194,6 +196,8 @@ struct Renderer::Impl {
         floor_inside_program = Program("floor.vert", "floor.frag", "#define SHADOWED 1\n" + constants);
         floor_ring_program = Program("floor.vert", "floor.frag", "#define SHADOWED 0\n" + constants);
         sky_program = Program("sky.vert", "sky.frag", constants);
+        // In software the drawing is the processor's own work: buffers would only add a copy.
+        reader = PictureReader(viewport.width, viewport.height, plan->settings().reads_ids, !context.is_software());
         context.check("preparing the renderer");
     }
 
@@ -254,12 +258,20 @@ struct Renderer::Impl {
         check_framebuffer();
     }
 
-    void draw(const DrawList& list, RawPicture& to) {
-        clip_from_world = list.camera.clip_from_world;
+    void begin(const DrawList& list, bool has_depth) {
         upload_frame(list);
         draw_shadow_map(list);
         draw_picture(list);
-        read_picture(to);
+        reader.begin(list.camera.clip_from_world, has_depth);
+        if (!context.is_software()) {
+            glFlush(); // the card begins
+        }
+        context.check("drawing a frame");
+    }
+
+    void finish(RawPicture& to, DepthPicture& depth) {
+        reader.finish(to, depth);
+        context.check("reading a frame");
     }
 
     void upload_frame(const DrawList& list) {
@@ -422,22 +434,6 @@ struct Renderer::Impl {
             (is_inside ? floor_inside : floor_ring).draw(0, 1);
         }
     }
-
-    void read_picture(RawPicture& to) const {
-        to.width = viewport.width;
-        to.height = viewport.height;
-        const std::size_t pixels = static_cast<std::size_t>(to.width) * static_cast<std::size_t>(to.height);
-        to.rgba.resize(4 * pixels);
-        glPixelStorei(GL_PACK_ALIGNMENT, 4);
-        glReadBuffer(GL_COLOR_ATTACHMENT0);
-        glReadPixels(0, 0, to.width, to.height, GL_RGBA, GL_UNSIGNED_BYTE, to.rgba.data());
-        if (plan->settings().reads_ids) {
-            to.ids.resize(pixels);
-            glReadBuffer(GL_COLOR_ATTACHMENT1);
-            glReadPixels(0, 0, to.width, to.height, GL_RED_INTEGER, GL_UNSIGNED_INT, to.ids.data());
-        }
-        context.check("drawing a frame");
-    }
 };
 
 Renderer::Renderer(std::shared_ptr<const PicturePlan> plan)
@@ -448,24 +444,26 @@ Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
-void Renderer::draw(const DrawList& list, RawPicture& raw) {
-    impl_->draw(list, raw);
+void Renderer::begin(const DrawList& list, bool has_depth) {
+    impl_->begin(list, has_depth);
 }
 
-DepthPicture Renderer::depth() const {
-    DepthPicture picture;
-    picture.width = impl_->viewport.width;
-    picture.height = impl_->viewport.height;
-    picture.depth.resize(static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height));
-    picture.clip_from_world = impl_->clip_from_world;
-    glReadPixels(0, 0, picture.width, picture.height, GL_DEPTH_COMPONENT, GL_FLOAT, picture.depth.data());
-    impl_->context.check("reading depths");
-    return picture;
+void Renderer::finish(RawPicture& raw, DepthPicture& depth) {
+    impl_->finish(raw, depth);
+}
+
+int Renderer::capacity() const {
+    return impl_->reader.capacity();
+}
+
+const DepthPicture& Renderer::depth() const {
+    return impl_->last_depth;
 }
 
 Image Renderer::draw(const sim::Snapshot& snapshot) {
     impl_->last_list = impl_->plan->list(snapshot);
-    impl_->draw(impl_->last_list, impl_->raw);
+    impl_->begin(impl_->last_list, true);
+    impl_->finish(impl_->raw, impl_->last_depth);
     return impl_->plan->picture(impl_->raw, impl_->last_list);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Draws snapshots of one scene into pictures, offscreen and in software.
+/// Draws snapshots of one scene into pictures, offscreen.
 #include "render/picture/depth_picture.h"
 #include "render/picture/plan.h"
 #include "sim/model/scene_def.h"
@@ -23,8 +23,15 @@ public:
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;
 
-    /// The middle stage: draws a list of the plan into `raw`. Throws Error (io) if OpenGL fails.
-    void draw(const DrawList& list, RawPicture& raw);
+    /// The middle stage, in two parts, so that a graphics card draws while the processor takes the picture before.
+    /// Begins a picture of a list of the plan; has_depth: its depths will be read too. `capacity()` at most are begun
+    /// and not finished: CHECK. Throws Error (io) if OpenGL fails.
+    void begin(const DrawList& list, bool has_depth);
+    /// The first picture that is begun and not finished; depth is filled if it was asked for. Throws Error (io) if
+    /// OpenGL fails.
+    void finish(RawPicture& raw, DepthPicture& depth);
+    /// In software 1, else more.
+    int capacity() const;
 
     /// All stages. The picture depends on scene, settings and snapshot only. Throws Error (io) if OpenGL
     /// fails.
@@ -34,10 +41,10 @@ public:
     /// blurred.
     Image draw_blurred(const sim::Snapshot& snapshot, double shutter, int count);
 
-    /// Of the last picture. Throws Error (io) if OpenGL fails.
-    DepthPicture depth() const;
+    /// Of the last picture of a snapshot.
+    const DepthPicture& depth() const;
 
-    /// Which body each pixel's centre of the last picture shows: body_ids() of picture_plan.h.
+    /// Which body each pixel's centre of the last picture of a snapshot shows: body_ids() of plan.h.
     std::vector<std::uint32_t> body_ids() const;
 
     /// Name and version of the OpenGL library.

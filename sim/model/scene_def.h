@@ -134,8 +134,10 @@ struct OutputDef {
     bool soft_shadows = true;
     bool ambient_occlusion = true;
     int shadow_size = 1024;                    ///< [px] side of the shadow map, 64..8192
-    int crf = 18;                              ///< x264's rate factor, 0 (lossless) .. 51
+    int crf = 18;                              ///< the encoder's rate factor, 0 (lossless) .. 51
     std::string effort = "veryfast";           ///< x264's preset: effort against size of the film
+    std::string encoder = "auto";              ///< libavcodec's name of the film's encoder; auto: libx264
+    std::string gl = "auto";                   ///< what draws: auto, osmesa, egl, or egl:0, egl:1, ...
     double shutter = 0.0;                      ///< [-] 0..1 of the time between two frames; 0: no motion blur
     int subframes = 8;                         ///< 1..256 pictures that a blurred frame is the mean of
     Rational fps{60, 1};                       ///< [1/s] > 0

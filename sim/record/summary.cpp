@@ -45,6 +45,8 @@ Json settings_json(const SceneDef& scene, int threads) {
             {"shadow_size_px", output.shadow_size},
             {"crf", output.crf},
             {"effort", output.effort},
+            {"encoder", output.encoder},
+            {"gl", output.gl},
             {"shutter", output.shutter},
             {"subframes", output.subframes},
             {"fps", to_text(output.fps)},

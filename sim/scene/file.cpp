@@ -90,6 +90,11 @@ OutputDef read_output(const TextSource& source, const TreeNode& node) {
     output.duration = section.fraction("duration");
     output.record_every = section.integer("record_every");
     output.camera = section.has("camera") ? section.text("camera") : "";
+    output.encoder = section.text("encoder");
+    output.gl = section.text("gl");
+    if (const std::string fault = gl_word_fault(output.gl); !fault.empty()) {
+        section.fail("gl", "gl " + fault);
+    }
     if (frame_count(output.duration, output.fps) < 1) {
         section.fail("duration",
                      fmt::format("duration {} s at {} frames a second makes no frame, expected at least "
@@ -411,6 +416,19 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     scene.text = text_with_points(text, root, source);
     scene.overrides = source.assignments;
     return std::move(loading.scene);
+}
+
+std::string gl_word_fault(const std::string& word) {
+    constexpr std::string_view card = "egl:";
+    constexpr std::size_t most_digits = 3;
+    const std::string_view digits = std::string_view(word).substr(std::min(card.size(), word.size()));
+    const bool is_card = word.starts_with(card) && !digits.empty() && digits.size() <= most_digits &&
+                         std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; });
+    if (is_card || word == "auto" || word == "osmesa" || word == "egl") {
+        return "";
+    }
+    return fmt::format("'{}': expected auto, osmesa, egl, or egl:0, egl:1, ... of a graphics card{}", word,
+                       near_miss(word, {"auto", "osmesa", "egl", "egl:0"}));
 }
 
 SceneDef load_scene(const std::filesystem::path& path, std::span<const std::string> overrides) {

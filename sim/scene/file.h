@@ -16,6 +16,9 @@ SceneDef load_scene(const std::filesystem::path& path, std::span<const std::stri
 SceneDef parse_scene(const std::string& text, const std::string& file,
                      std::span<const std::string> overrides = {});
 
+/// What is wrong with a word for output.gl, "'elg': expected auto, ..."; empty if nothing is.
+std::string gl_word_fault(const std::string& word);
+
 /// The reference of all scene keys (key, type, unit, default, meaning) as Markdown, from the parser's own table.
 std::string scene_key_reference();
 

@@ -215,6 +215,12 @@ SectionSpec output_section() {
                  "of the film's encoder, against its size: ultrafast, veryfast (searching less for motion than x264's "
                  "own), medium", any,
                  "ultrafast superfast veryfast faster fast medium slow slower veryslow"},
+                {"encoder", text, "", "\"auto\"",
+                 "of the film, by libavcodec's name: libx265, libsvtav1, h264_nvenc or another of H.264, HEVC or AV1; "
+                 "auto: libx264, whose bytes do not depend on the machine", any, ""},
+                {"gl", text, "", "\"auto\"",
+                 "what draws: osmesa or egl (in software), egl:0, egl:1, ... (graphics cards; `tumble devices` lists "
+                 "them); auto: osmesa where it is built in, else egl", any, ""},
                 {"shutter", number, "", "0",
                  "motion blur: share of the time between two frames in which the shutter is open", unit_interval,
                  ""},

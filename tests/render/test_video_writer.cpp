@@ -88,6 +88,24 @@ TEST(video_writer, decoded_film_has_every_frame_at_its_time_and_close_to_its_sou
     }
 }
 
+TEST(video_writer, films_of_other_encoders_can_be_read_again) {
+    const fs::path folder = fresh_folder();
+    const std::vector<Image> pictures = test_pictures(160, 90, 12);
+    const std::vector<std::string> names = encoder_names();
+    for (const char* encoder : {"libx265", "libsvtav1"}) {
+        if (std::ranges::find(names, encoder) == names.end()) {
+            continue; // another libavcodec than Debian's
+        }
+        const fs::path path = folder / (std::string(encoder) + ".mp4");
+        write_film(path, pictures, {.encoder = encoder});
+        const test::Film film = test::read_film(path);
+        ASSERT_EQ(film.frames.size(), pictures.size()) << encoder;
+        for (std::size_t k = 0; k < pictures.size(); ++k) {
+            EXPECT_GT(test::psnr(test::to_rgb(film.frames[k]), pictures[k]), 30.0) << encoder << " frame " << k;
+        }
+    }
+}
+
 TEST(video_writer, pure_colours_arrive_as_bt709_limited_range_and_are_tagged) {
     const fs::path folder = fresh_folder();
     const std::array<std::array<int, 3>, 5> colors{
