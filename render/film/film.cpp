@@ -201,20 +201,20 @@ void Film::draw_shots() {
     // Shots that OpenGL has begun, and kept ones between them.
     std::deque<Shot> begun;
     int drawing = 0; // of them that OpenGL has begun
-    const auto hand_on_first = [&] {
+    const auto hand_on_first = [&] { // false: the film was given up
         Shot shot = std::move(begun.front());
         begun.pop_front();
         if (shot.kept == nullptr) {
             std::optional<RawPicture> blank = blanks_.pop();
             if (!blank) {
-                return;
+                return false;
             }
             const Stopwatch watch(times_.draw);
             shot.raw = std::move(*blank);
             renderer->finish(shot.raw, shot.depth);
             --drawing;
         }
-        drawn_.push(std::move(shot));
+        return drawn_.push(std::move(shot));
     };
     const int middle = scene_.output.shutter > 0.0 ? scene_.output.subframes / 2 : 0;
     while (std::optional<Shot> shot = listed_.pop()) {
@@ -226,11 +226,12 @@ void Film::draw_shots() {
         }
         begun.push_back(std::move(*shot));
         while (drawing == renderer->capacity() || (!begun.empty() && begun.front().kept != nullptr)) {
-            hand_on_first();
+            if (!hand_on_first()) {
+                return;
+            }
         }
     }
-    while (!begun.empty()) {
-        hand_on_first();
+    while (!begun.empty() && hand_on_first()) {
     }
     drawn_.close();
 }
