@@ -62,8 +62,6 @@ std::vector<Knob> our_knobs(const sim::SceneDef& scene) {
         iteration_limits(scene),
         {step.warm_start ? "no warm start" : "warm start",
          time_steps(scene, few_factors, {toggled("warm_start", step.warm_start)}), false},
-        {step.shock_propagation ? "no shock propagation" : "shock propagation",
-         time_steps(scene, few_factors, {toggled("shock_propagation", step.shock_propagation)}), false},
         {stops ? "contacts ahead of impacts" : "stop at impacts",
          time_steps(scene, few_factors, {fmt::format("simulation.impacts=\"{}\"", stops ? "ahead" : "stop")}),
          false},

@@ -232,6 +232,20 @@ LANES_INLINE void gather(const double* velocity, const int* body, Real rows[8]) 
     transpose(rows);
 }
 
+/// Two rows of 64 bytes of the body in each lane.
+LANES_INLINE void gather_two(const double* bodies, const int* body, Real rows[16]) {
+    for (int l = 0; l < lane_count; ++l) {
+        rows[l] = load(bodies + 16 * body[l]);
+        rows[8 + l] = load(bodies + 16 * body[l] + 8);
+    }
+    transpose(rows);
+    transpose(rows + 8);
+}
+/// 1 in the lanes of the mask, else 0.
+LANES_INLINE Real flag(const Mask& m) {
+    return select(m, real(1.0), real(0.0));
+}
+
 struct Real3 {
     Real x, y, z;
 };
@@ -291,7 +305,7 @@ LANES_INLINE Real3 solve(const Sym3& m, Real3 b) {
     return r * (Sym3{c_xx, c_xy, c_xz, c_yy, c_yz, c_zz} * b);
 }
 
-/// What a wrench does to the velocities of bodies: apply_wrench(), lane by lane. p, moment: impulse [N s] at r [m] from
+/// What a wrench does to the velocities of bodies. p, moment: impulse [N s] at r [m] from
 /// their centres, and moment about that point [N m s].
 struct Push {
     Real3 dv, dw;

@@ -1,56 +1,82 @@
 #pragma once
-/// Contact blocks, eight at a time: the fast form of solve_block (block_solve.cpp), lane by lane the same equations.
+/// Contact blocks, eight at a time.
 ///
 /// A batch holds blocks of which no two move the same body, so its lanes are solved independently and the
 /// arithmetic of a block does not depend on its neighbours, on the width of the processor's registers or on the
-/// number of threads. This header knows no library: block_kernel.cpp is compiled once for each instruction set.
+/// number of threads. This header knows no library: the kernels are compiled once for each instruction set.
 #include "sim/base/lane_count.h"
 
 #include <cstddef>
 
 namespace sim {
 
-/// Point k of each block of a batch; see ContactPoint. Lanes with fewer points hold one that is never loaded.
-struct BatchPoint {
-    Lanes x, y;
-    Lanes u_n_target;
-    Lanes u_t_target[2];
-    Lanes p_n;
-    Lanes p_t[2];
+/// Most contacts in one block: a face of a box clipped by another has at most eight corners, and a crossing
+/// of edges.
+inline constexpr int block_size = 9;
+
+/// Target [m/s] of a point that is not there: its velocity is always far above it.
+inline constexpr double no_point = -1e300;
+
+/// Two rows of 64 bytes of a body. As the interval begins: position (3), inverse mass, inverse inertia tensor
+/// (xx xy xz yy yz zz). As predicted at its end: rotation since then (row by row), position.
+struct alignas(64) BodyRows {
+    double x[16];
 };
 
-/// Eight blocks in lanes; see ContactBlock.
+/// Point k of each block of a batch. Lanes with fewer points hold one that is never loaded.
+struct BatchPoint {
+    Lanes x, y;          ///< [m] in the contact plane, from the block's centre, along t_1 and t_2
+    Lanes gap;           ///< [m] as the interval begins
+    Lanes height;        ///< [m] of the point on a along n, from the block's centre on a
+    Lanes u_n_target;    ///< [m/s]
+    Lanes u_t_target[2]; ///< of a sticking contact [m/s]
+    Lanes p_n;           ///< sum of the normal impulses [N s]
+    Lanes p_t[2];        ///< sum of the friction impulses [N s]
+    unsigned there = 0;  ///< bit l: lane l has this point
+};
+
+/// Eight blocks in lanes. The frame of a block: t_1, t_2, n at the mean contact point, in the plane of the contact that
+/// touches first.
 struct BlockBatch {
-    int a[lane_count];  ///< body of each lane
+    int a[lane_count];     ///< body of each lane
     int b[lane_count];
     int block[lane_count]; ///< index of its block; -1: an empty lane
-    int first = 0;      ///< index of its first BatchPoint
-    int count = 0;      ///< [-] points of a lane: 1, 2, 4, 6 or block_size
-    unsigned moves_a = 0; ///< bit l: body a of lane l is not static
+    int first = 0;         ///< index of its first BatchPoint
+    int count = 0;         ///< [-] points of a lane: 1, 2, 4, 6 or block_size
+    unsigned moves_a = 0;  ///< bit l: body a of lane l is not static
     unsigned moves_b = 0;
-    unsigned flat = 0;      ///< bit l: see ContactBlock::is_flat
-    unsigned face_of_a = 0; ///< bit l: see ContactBlock::is_face_of_a
+    unsigned flat = 0;      ///< bit l: a face against points: gaps are linear in small changes of velocity
+    unsigned face_of_a = 0; ///< bit l: whose face
     bool has_friction = false;
-    Lanes frame[9];     ///< t_1, t_2, n, each x y z
-    Lanes r_a[3];       ///< [m]
+    Lanes frame[9];    ///< t_1, t_2, n, each x y z
+    Lanes r_a[3];      ///< middle of the contacts on a from its centre of mass [m]
     Lanes r_b[3];
-    Lanes inverse_mass_a, inverse_mass_b;
-    Lanes inverse_inertia_a[6]; ///< xx xy xz yy yz zz
+    Lanes nearest_gap; ///< [m] of the contact in whose plane the impulses act
+    Lanes inverse_mass_a, inverse_mass_b; ///< [1/kg]
+    Lanes inverse_inertia_a[6];           ///< [1/(kg m^2)] xx xy xz yy yz zz
     Lanes inverse_inertia_b[6];
-    Lanes response[21];     ///< lower triangle, row by row
-    Lanes before[3];        ///< u_1, u_2, w_n before any impulse: u_t_before of the points
-    Lanes mu;               ///< mu_s of a sticking block, mu_d of a sliding one
-    Lanes sticking;         ///< 1: the mark of eq. 6
+    Lanes response[21]; ///< of the relative twist to a unit wrench (K and its angular parts): lower triangle, row by row
+    Lanes before[3];    ///< u_1, u_2 [m/s], w_n [rad/s] before any impulse of this solve
+    Lanes mu;           ///< mu_s of a sticking block, mu_d of a sliding one
+    Lanes sticking;     ///< 1: the mark of eq. 6
+    /// Share [-] of the impulses at which the sliding direction is taken: of a step's impulses the part that acts before
+    /// t0; 1 (the velocity after) in a collision, where sticking and sliding are then one law.
     Lanes node_weight;
-    Lanes k_t;
-    Lanes seen_a, seen_b;   ///< activity when last solved; negative: never
+    Lanes k_t;            ///< [1/kg] largest eigenvalue of K_tt over the points
+    Lanes seen_a, seen_b; ///< activity when last solved; negative: never
+    Lanes change;         ///< [m/s] largest of a velocity at its points, by the last visit
 };
 
-/// Fills in response and k_t of all lanes, from the rest of a batch that does not change.
+/// Fills in what does not change while batches are iterated; impulses are zero, targets and marks unset.
 struct BatchPreparation {
     BlockBatch* batches = nullptr;
     std::size_t batch_count = 0;
-    const BatchPoint* points = nullptr;
+    BatchPoint* points = nullptr;
+    /// gap, n, a of the contact of point k in lane l at [lane_count * k + l], of one batch; null: only the responses are
+    /// found anew, from the masses in the batches.
+    const double* const* at = nullptr;
+    const BodyRows* rows = nullptr;   ///< [body_count] as the interval begins
+    const double* velocity = nullptr; ///< before any impulse; rows as in BatchSweep
 };
 void prepare_batches(const BatchPreparation& preparation);
 

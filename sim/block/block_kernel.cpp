@@ -1,5 +1,5 @@
 /// One sweep over batches of blocks. Compiled once for each instruction set; KERNEL names it.
-#include "sim/block/lanes.h"
+#include "sim/block/solve.h"
 
 namespace sim {
 namespace {
@@ -84,13 +84,12 @@ double KERNEL(const BatchSweep& sweep) {
         if (!is_awake(batch, sweep.activity, sweep.skip)) {
             continue;
         }
-        Lanes changes;
-        visit_batch(sweep, batch, changes);
+        visit_batch(sweep, batch, batch.change);
         for (int l = 0; l < lane_count; ++l) {
             if (batch.block[l] < 0) {
                 continue;
             }
-            const double change = changes.x[l];
+            const double change = batch.change.x[l];
             double& active_a = sweep.activity[batch.a[l]];
             double& active_b = sweep.activity[batch.b[l]];
             if ((batch.moves_a >> l & 1u) != 0) {

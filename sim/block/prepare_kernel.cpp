@@ -1,13 +1,108 @@
-/// The responses of eight blocks. The formulas are those of block_response in contact_block.cpp, which is the readable
-/// form. Compiled once for each instruction set; KERNEL names it.
+/// Frames, points and responses of eight blocks. Compiled once for each instruction set; KERNEL names it.
 #include "sim/base/lanes.h"
 #include "sim/block/batch.h"
 
 namespace sim {
 namespace {
 
-LANES_INLINE int place(int i, int j) {
+/// Element (i, j), i >= j, of a symmetric matrix.
+LANES_INLINE int at(int i, int j) {
     return i * (i + 1) / 2 + j;
+}
+
+/// A unit vector across n: from the world axis that is least along n, so it turns continuously with n.
+LANES_INLINE Real3 tangent_of(const Real3& n) {
+    const Real zero = real(0.0);
+    const Mask by_x = (abs(n.x) <= abs(n.y)) & (abs(n.x) <= abs(n.z));
+    const Mask by_y = abs(n.y) <= abs(n.z);
+    const Real3 t = select(by_x, Real3{zero, n.z, -n.y}, select(by_y, Real3{-n.z, zero, n.x}, Real3{n.y, -n.x, zero}));
+    return (1.0 / sqrt(dot(t, t))) * t;
+}
+
+/// Relative twist of the bodies before any impulse: u_1, u_2, w_n.
+LANES_INLINE Real3 twist_before(const double* velocity, const BlockBatch& batch, const Real3& t1, const Real3& t2,
+                                const Real3& n) {
+    Real a[8];
+    Real b[8];
+    gather(velocity, batch.a, a);
+    gather(velocity, batch.b, b);
+    const Real3 w_a{a[3], a[4], a[5]};
+    const Real3 w_b{b[3], b[4], b[5]};
+    const Real3 u = Real3{a[0], a[1], a[2]} + cross(w_a, load3(batch.r_a)) -
+                    (Real3{b[0], b[1], b[2]} + cross(w_b, load3(batch.r_b)));
+    return {dot(t1, u), dot(t2, u), dot(n, w_a - w_b)};
+}
+
+/// Masses, centre, frame and points of the blocks of a batch.
+LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, BatchPoint* points) {
+    const Real zero = real(0.0);
+    const Real one = real(1.0);
+    Real3 on_a[block_size];
+    Real gap[block_size];
+    Real3 n{zero, zero, one};
+    Real count = zero;
+    Real3 mean{zero, zero, zero};
+    for (int k = 0; k < batch.count; ++k) {
+        Real row[8];
+        for (int l = 0; l < lane_count; ++l) {
+            row[l] = load_anywhere(preparation.at[lane_count * k + l]);
+        }
+        transpose(row);
+        gap[k] = row[0];
+        on_a[k] = {row[4], row[5], row[6]};
+        n = k == 0 ? Real3{row[1], row[2], row[3]} : n;
+        const Real here = flag(lanes_of(points[k].there));
+        count += here;
+        mean = mean + here * on_a[k];
+    }
+    mean = (1.0 / max(count, one)) * mean;
+    // The plane in which the impulses act is that of the contact that touches first; others are still apart.
+    Real nearest_gap = gap[0];
+    Real3 nearest = on_a[0];
+    for (int k = 1; k < batch.count; ++k) {
+        const Mask nearer = lanes_of(points[k].there) & (gap[k] < nearest_gap);
+        nearest_gap = select(nearer, gap[k], nearest_gap);
+        nearest = select(nearer, on_a[k], nearest);
+    }
+    Real a[16];
+    Real b[16];
+    gather_two(preparation.rows->x, batch.a, a);
+    gather_two(preparation.rows->x, batch.b, b);
+    const Real3 centre = mean + dot(n, nearest - mean) * n;
+    store3(batch.r_a, centre - Real3{a[0], a[1], a[2]});
+    store3(batch.r_b, centre - nearest_gap * n - Real3{b[0], b[1], b[2]});
+    store(batch.nearest_gap, nearest_gap);
+    const Real3 t1 = tangent_of(n);
+    const Real3 t2 = cross(n, t1);
+    store3(batch.frame, t1);
+    store3(batch.frame + 3, t2);
+    store3(batch.frame + 6, n);
+    store3(batch.before, twist_before(preparation.velocity, batch, t1, t2, n));
+    const Mask empty = ~lanes_of(points[0].there); // there nothing moves, and the equations have a solution
+    store(batch.inverse_mass_a, select(empty, one, a[3]));
+    store(batch.inverse_mass_b, select(empty, zero, b[3]));
+    for (int i = 0; i < 6; ++i) {
+        const bool diagonal = i == 0 || i == 3 || i == 5;
+        store(batch.inverse_inertia_a[i], select(empty, diagonal ? one : zero, a[4 + i]));
+        store(batch.inverse_inertia_b[i], select(empty, zero, b[4 + i]));
+    }
+    store(batch.sticking, zero);
+    store(batch.node_weight, one);
+    for (int k = 0; k < batch.count; ++k) {
+        BatchPoint& point = points[k];
+        const Mask there = lanes_of(point.there);
+        const Real here = flag(there);
+        store(point.x, here * dot(t1, on_a[k] - mean));
+        store(point.y, here * dot(t2, on_a[k] - mean));
+        store(point.gap, gap[k]);
+        store(point.height, dot(n, on_a[k] - nearest));
+        store(point.u_n_target, select(there, zero, real(no_point)));
+        store(point.p_n, zero);
+        for (int t = 0; t < 2; ++t) {
+            store(point.u_t_target[t], zero);
+            store(point.p_t[t], zero);
+        }
+    }
 }
 
 /// Adds a body's share to the lower triangle of a response. inertia: inverse, world; r: arm, world.
@@ -29,30 +124,30 @@ LANES_INLINE void add_body(const Real3 frame[3], const Real& inverse_mass, const
         turn[i][1] = x * j[i][2] - z * j[i][0];
         turn[i][2] = y * j[i][0] - x * j[i][1];
     }
-    response[place(0, 0)] += inverse_mass + z * turn[1][0] - y * turn[2][0];
-    response[place(1, 0)] += x * turn[2][0] - z * turn[0][0];
-    response[place(1, 1)] += inverse_mass + x * turn[2][1] - z * turn[0][1];
-    response[place(2, 0)] += y * turn[0][0] - x * turn[1][0];
-    response[place(2, 1)] += y * turn[0][1] - x * turn[1][1];
-    response[place(2, 2)] += inverse_mass + y * turn[0][2] - x * turn[1][2];
+    response[at(0, 0)] += inverse_mass + z * turn[1][0] - y * turn[2][0];
+    response[at(1, 0)] += x * turn[2][0] - z * turn[0][0];
+    response[at(1, 1)] += inverse_mass + x * turn[2][1] - z * turn[0][1];
+    response[at(2, 0)] += y * turn[0][0] - x * turn[1][0];
+    response[at(2, 1)] += y * turn[0][1] - x * turn[1][1];
+    response[at(2, 2)] += inverse_mass + y * turn[0][2] - x * turn[1][2];
     for (int i = 0; i < 3; ++i) {
         for (int k = 0; k < 3; ++k) {
-            response[place(3 + i, k)] += turn[i][k];
+            response[at(3 + i, k)] += turn[i][k];
         }
         for (int k = 0; k <= i; ++k) {
-            response[place(3 + i, 3 + k)] += j[i][k];
+            response[at(3 + i, 3 + k)] += j[i][k];
         }
     }
 }
 
 /// Largest eigenvalue of K_tt at a point of the block.
 LANES_INLINE Real largest_eigenvalue(const Real* w, const Real& x, const Real& y) {
-    const Real w_05 = w[place(5, 0)];
-    const Real w_15 = w[place(5, 1)];
-    const Real w_55 = w[place(5, 5)];
-    const Real k_11 = w[place(0, 0)] - 2.0 * (y * w_05) + y * y * w_55;
-    const Real k_22 = w[place(1, 1)] + 2.0 * (x * w_15) + x * x * w_55;
-    const Real k_12 = w[place(1, 0)] + x * w_05 - y * w_15 - x * y * w_55;
+    const Real w_05 = w[at(5, 0)];
+    const Real w_15 = w[at(5, 1)];
+    const Real w_55 = w[at(5, 5)];
+    const Real k_11 = w[at(0, 0)] - 2.0 * (y * w_05) + y * y * w_55;
+    const Real k_22 = w[at(1, 1)] + 2.0 * (x * w_15) + x * x * w_55;
+    const Real k_12 = w[at(1, 0)] + x * w_05 - y * w_15 - x * y * w_55;
     const Real half_trace = 0.5 * (k_11 + k_22);
     return half_trace + sqrt(max(half_trace * half_trace - (k_11 * k_22 - k_12 * k_12), real(0.0)));
 }
@@ -62,6 +157,9 @@ LANES_INLINE Real largest_eigenvalue(const Real* w, const Real& x, const Real& y
 void KERNEL(const BatchPreparation& preparation) {
     for (std::size_t i = 0; i < preparation.batch_count; ++i) {
         BlockBatch& batch = preparation.batches[i];
+        if (preparation.at != nullptr) {
+            place(preparation, batch, preparation.points + batch.first);
+        }
         const Real3 frame[3] = {load3(batch.frame), load3(batch.frame + 3), load3(batch.frame + 6)};
         Real response[21];
         for (Real& value : response) {

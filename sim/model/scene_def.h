@@ -30,8 +30,6 @@ struct StepSettings {
     int iteration_limit = 2000;                ///< sweeps of one solve
     ImpactHandling impacts = ImpactHandling::ahead;
     bool warm_start = true;                    ///< start from the impulses of the last step
-    bool shock_propagation = false;            ///< Guendelman et al. 2003
-    int shock_propagation_after = 10;          ///< sweeps before it
 };
 
 /// Surface behaviour. An unset value takes the partner's; two set values: geometric mean; none: 0.

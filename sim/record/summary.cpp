@@ -34,8 +34,6 @@ Json settings_json(const SceneDef& scene, int threads) {
             {"iteration_limit", step.iteration_limit},
             {"impacts", step.impacts == ImpactHandling::stop ? "stop" : "ahead"},
             {"warm_start", step.warm_start},
-            {"shock_propagation", step.shock_propagation},
-            {"shock_propagation_after", step.shock_propagation_after},
             {"threads", threads},
             {"width_px", output.width},
             {"height_px", output.height},

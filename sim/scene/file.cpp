@@ -62,8 +62,6 @@ StepSettings read_simulation(const TextSource& source, const TreeNode& node) {
     step.iteration_limit = section.integer("iteration_limit");
     step.impacts = static_cast<ImpactHandling>(section.choice("impacts"));
     step.warm_start = section.boolean("warm_start");
-    step.shock_propagation = section.boolean("shock_propagation");
-    step.shock_propagation_after = section.integer("shock_propagation_after");
     return step;
 }
 

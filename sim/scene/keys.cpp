@@ -184,15 +184,6 @@ SectionSpec simulation_section() {
              "the time of impact",
              any, "ahead stop"},
             {"warm_start", boolean, "", "true", "start from the impulses of the last step", any, ""},
-            {"shock_propagation", boolean, "", "false", "solve level by level upward from the static bodies",
-             any, ""},
-            {"shock_propagation_after",
-             integer,
-             "sweeps",
-             "10",
-             "before shock propagation begins",
-             {0, 1e9},
-             ""},
         }};
 }
 

@@ -96,10 +96,6 @@ std::vector<ModelPart> model_parts(const SceneDef& scene) {
         may_touch && step.impacts == ImpactHandling::ahead ? "simulation.impacts is \"ahead\"" : "");
     add("stop at impacts", may_touch && step.impacts == ImpactHandling::stop ? "simulation.impacts is \"stop\"" : "");
     add("warm start", may_touch && step.warm_start ? "simulation.warm_start is true" : "");
-    add("shock propagation", may_touch && step.shock_propagation
-                                 ? fmt::format("simulation.shock_propagation is true; after {} sweeps",
-                                               step.shock_propagation_after)
-                                 : "");
     return parts;
 }
 

@@ -128,7 +128,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
                    .reach = std::max(touch_gap(settings), simultaneous_gap),
                    .soon = settings.impacts == ImpactHandling::stop ? shortest_interval(settings) : 0.0};
     loop_.clear();
-    sources_.clear();
+    targets_.clear();
     energy_owed_ = 0.0;
     collides_.resize(pairs.size());
     watched_.resize(pairs.size());
@@ -170,8 +170,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             continue;
         }
         const PairContacts& pair = pairs[k];
-        geometry_.clear();
-        targets_.clear();
+        const std::size_t first = loop_.contacts.size();
         for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
             const Approach approach = approach_of(bodies, pair, i, velocity, now);
             if (approach.in_pass == 0.0) {
@@ -180,47 +179,45 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             if (pass == 0) {
                 energy_owed_ += pair.memory[i].energy_taken;
             }
-            if (impacts != nullptr) {
-                sources_.push_back({k, i, approach.now});
-            }
-            geometry_.push_back(pair.manifold.contacts[i].at);
-            targets_.push_back(restitution_in_pass(pair.material.restitution, pass) * approach.in_pass);
+            loop_.contacts.push_back({&pair.manifold.contacts[i], static_cast<int>(i)});
+            targets_.push_back({restitution_in_pass(pair.material.restitution, pass) * approach.in_pass, approach.now});
         }
-        const std::size_t first_block = loop_.blocks.size();
-        const std::size_t first_point = loop_.points.size();
-        loop_.append(bodies, pair.manifold.body_a, pair.manifold.body_b, geometry_, pair.material);
-        for (std::size_t i = 0; i < targets_.size(); ++i) {
-            loop_.points[first_point + i].u_n_target = targets_[i];
-        }
-        for (std::size_t i = first_block; i < loop_.blocks.size(); ++i) {
-            loop_.blocks[i].twist_before = tangential_part(relative_twist(loop_.blocks[i], velocity));
-        }
+        const std::size_t place = loop_.blocks.size();
+        Block like;
+        like.a = pair.manifold.body_a;
+        like.b = pair.manifold.body_b;
+        like.pair = static_cast<int>(k);
+        like.mu_s = pair.material.mu_s;
+        like.mu_d = pair.material.mu_d;
+        loop_.blocks.resize(place + block_count(std::span<const BlockContact>(loop_.contacts).subspan(first)));
+        loop_.split(place, first, loop_.contacts.size(), like);
     }
-    if (!TogetherSweeps::fits(loop_)) {
-        loop_.arrange(bodies);
+    loop_.arrange(bodies, 0, velocity);
+    for (const Block& block : loop_.blocks) {
+        const std::size_t lane = Blocks::lane_of(block);
+        const std::span<BatchPoint> points = loop_.points_of(loop_.batch_of(block));
+        for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i) {
+            points[i].u_n_target.x[lane] = targets_[static_cast<std::size_t>(block.first) + i].u_n;
+        }
     }
     return !loop_.empty();
 }
 
-int CollisionSolver::iterate(const Bodies& bodies, std::vector<Velocity>& velocity,
-                             const StepSettings& settings, bool& converged) {
+int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {
     int count = 0;
+    const double stalled = stall_share * settings.tolerance / settings.time_step.value();
     const double skip = joints_.empty() ? collision_skip_share * settings.velocity_tolerance : -1.0;
-    const bool together = TogetherSweeps::fits(loop_);
-    together ? together_.begin(loop_, bodies) : loop_.load_batches(bodies);
+    loop_.wake();
     double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
-        change = together ? together_.sweep(loop_, bodies, velocity)
-                          : loop_.sweep(velocity, skip, collision_slack_share * settings.velocity_tolerance,
-                                        projections_in(count, change, settings.velocity_tolerance));
-        converged = change <= settings.velocity_tolerance &&
+        change = loop_.sweep(velocity, skip, collision_slack_share * settings.velocity_tolerance,
+                             projections_in(count, change, settings.velocity_tolerance));
+        const bool is_settled = change <= settings.velocity_tolerance || (loop_.stalls() && change <= stalled);
+        converged = is_settled &&
                     (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
     }
     joints_.solve(velocity);
-    if (!together) {
-        loop_.store_impulses();
-    }
     return count;
 }
 
@@ -237,10 +234,12 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
     if (impacts != nullptr) {
         elastic_ = loop_.points;
     }
-    for (ContactPoint& point : loop_.points) {
-        point.u_n_target = 0.0;
-        point.p_n = 0.0;
-        point.p_t.setZero();
+    for (BatchPoint& point : loop_.points) {
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            const bool is_there = (point.there >> lane & 1u) != 0;
+            point.u_n_target.x[lane] = is_there ? 0.0 : no_point;
+            point.p_n.x[lane] = point.p_t[0].x[lane] = point.p_t[1].x[lane] = 0.0;
+        }
     }
     plastic_.resize(velocity.size());
     middle_.resize(velocity.size());
@@ -248,7 +247,7 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
         plastic_[i] = before_[i];
     }
     bool converged = true;
-    iterate(bodies, plastic_, settings, converged);
+    iterate(plastic_, settings, converged);
     blend(plastic_, velocity, 0.5, in_pass_, middle_);
     const double e0 = kinetic_energy(bodies, plastic_, in_pass_);
     const double e_half = kinetic_energy(bodies, middle_, in_pass_);
@@ -262,33 +261,40 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
     }
     blend(plastic_, velocity, s, in_pass_, velocity);
     for (std::size_t i = 0; impacts != nullptr && i < elastic_.size(); ++i) {
-        ContactPoint& point = loop_.points[i];
-        point.p_n += s * (elastic_[i].p_n - point.p_n);
-        point.p_t += s * (elastic_[i].p_t - point.p_t);
+        BatchPoint& point = loop_.points[i];
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            point.p_n.x[lane] += s * (elastic_[i].p_n.x[lane] - point.p_n.x[lane]);
+            for (const int t : {0, 1}) {
+                point.p_t[t].x[lane] += s * (elastic_[i].p_t[t].x[lane] - point.p_t[t].x[lane]);
+            }
+        }
     }
     return elastic - start;
 }
 
 /// Impulses of the pass, with those that held a contact ahead of its impact in the last step.
 void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pass) {
-    for (const ContactBlock& block : loop_.blocks) {
-        for (int k = block.first; k < block.first + block.count; ++k) {
-            const auto& [pair, contact, approach] = sources_[static_cast<std::size_t>(k)];
-            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-            const ContactGeometry& at = pairs[pair].manifold.contacts[contact].at;
-            const ContactMemory& memory = pairs[pair].memory[contact];
+    for (const Block& block : loop_.blocks) {
+        const std::size_t lane = Blocks::lane_of(block);
+        const BlockBatch& batch = loop_.batch_of(block);
+        const LaneFrame frame(batch, lane);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i) {
+            const LanePoint point(loop_.points_of(batch)[i], lane);
+            const auto& [contact, index] = loop_.contacts[static_cast<std::size_t>(block.first) + i];
+            const ContactMemory& memory = pairs[static_cast<std::size_t>(block.pair)].memory[static_cast<std::size_t>(index)];
             Vec3 impulse(point.p_t.x(), point.p_t.y(), point.p_n); // in the block's frame
             if (pass == 0 && memory.approach_speed > 0.0) {
                 // That impulse took the speed from approach_speed to about what is left of it: its work over their
                 // mean.
+                const double approach = targets_[static_cast<std::size_t>(block.first) + i].approach;
                 impulse.z() += 2.0 * memory.energy_taken / (memory.approach_speed + std::max(approach, 0.0));
             }
-            const Vec3 middle = 0.5 * (at.a + at.b);
+            const Vec3 middle = 0.5 * (contact->at.a + contact->at.b);
             impacts->push_back({{block.a, block.b},
                                 middle.cast<float>(),
-                                at.n.cast<float>(),
-                                (block.frame * impulse).cast<float>(),
-                                block.is_sticking});
+                                contact->at.n.cast<float>(),
+                                (frame.frame * impulse).cast<float>(),
+                                batch.sticking.x[lane] > 0.5});
         }
     }
 }
@@ -297,7 +303,7 @@ void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pa
 void CollisionSolver::begin_pass(std::span<const Velocity> velocity) {
     in_pass_.clear();
     if (joints_.empty()) {
-        for (const ContactBlock& block : loop_.blocks) {
+        for (const Block& block : loop_.blocks) {
             in_pass_.push_back(static_cast<std::size_t>(block.a));
             in_pass_.push_back(static_cast<std::size_t>(block.b));
         }
@@ -334,15 +340,15 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         joints_.solve(velocity);
         begin_pass(velocity);
         bool converged = true;
-        report.iterations += iterate(bodies, velocity, settings, converged);
+        report.iterations += iterate(velocity, settings, converged);
         report.energy_removed += keep_energy(bodies, velocity, settings);
         if (impacts != nullptr) {
             report_impacts(pairs, report.passes);
         }
         report.converged = converged;
-        report.collisions += static_cast<int>(loop_.points.size());
+        report.collisions += static_cast<int>(loop_.contacts.size());
         ++report.passes;
-        for (const ContactBlock& block : loop_.blocks) {
+        for (const Block& block : loop_.blocks) {
             touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
         }
         for (const std::size_t i : in_pass_) {

@@ -42,23 +42,19 @@ public:
 private:
     bool collect(const Bodies& bodies, std::span<const PairContacts> pairs, const StepSettings& settings,
                  std::span<const Velocity> velocity, int pass);
-    int iterate(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
-                bool& converged);
+    int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
     void report_impacts(std::span<const PairContacts> pairs, int pass);
     void begin_pass(std::span<const Velocity> velocity);
     double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings);
 
-    ContactBlocks loop_;
-    TogetherSweeps together_; ///< over few blocks
-    std::vector<ContactGeometry> geometry_; ///< of one pair
-    std::vector<double> targets_;           ///< of one pair [m/s]
-    struct Source {
-        std::size_t pair = 0;
-        std::size_t contact = 0;
-        double approach = 0.0; ///< [m/s] as the pass begins
+    Blocks loop_;
+    /// Of a contact in this pass [m/s].
+    struct Target {
+        double u_n = 0.0;      ///< that it is to have
+        double approach = 0.0; ///< as the pass begins
     };
-    std::vector<Source> sources_; ///< [points], where impacts are asked for
-    std::vector<ContactPoint> elastic_; ///< [points] before energy was taken away, the same
+    std::vector<Target> targets_;     ///< [loop_.contacts]
+    std::vector<BatchPoint> elastic_; ///< [loop_.points] before energy was taken away
     /// A pair of bodies, and how far both may change by all passes before it has a collision.
     struct Watched {
         std::size_t a = 0;

@@ -43,6 +43,49 @@ Vec3 rolled(const Pose& from, const Pose& to, const Vec3& touch_from, const Vec3
     return to.position - from.position + angle.cross(arm);
 }
 
+/// The motion of a pair over the interval.
+struct Interval {
+    double h = 0.0;  ///< [s]
+    Vec3 fall;       ///< [m/s^2] gravity of a relative to b
+    double size = 0; ///< [m] of the smaller body
+    const Pose& from_a;
+    const Pose& from_b;
+    const Pose& to_a; ///< predicted
+    const Pose& to_b;
+    const PlacedBody& placed_a; ///< the same
+    const PlacedBody& placed_b;
+};
+
+struct Displacement {
+    double gap = 0.0; ///< [m] at the predicted poses
+    Vec2 d_t;         ///< [m] tangential, over the interval; along the block's tangents
+};
+
+/// What the interval does to a contact. n: the block's normal; u_t: its tangential velocity after the impulses [m/s].
+Displacement displacement(const Interval& of, const Contact& contact, const Vec3& n,
+                          const Eigen::Matrix<double, 3, 2>& tangents, const Vec2& u_t) {
+    const auto& [feature, start] = contact;
+    const Vec3 point_a = of.placed_a * (of.from_a.orientation.conjugate() * (start.a - of.from_a.position));
+    const Vec3 point_b = of.placed_b * (of.from_b.orientation.conjugate() * (start.b - of.from_b.position));
+    const Vec3 d = point_a - point_b;
+    ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
+    if (wanders(feature, at, point_a, point_b, of.size)) {
+        at.n = n;
+        at.a = point_a;
+        at.b = point_b;
+        at.gap = n.dot(d);
+    }
+    if (feature.rim_radius > 0.0) {
+        return {at.gap,
+                tangents.transpose() * (rolled(of.from_a, of.to_a, start.a, at.a) - rolled(of.from_b, of.to_b, start.b, at.b))};
+    }
+    if (is_curved(feature)) {
+        // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
+        return {at.gap, of.h * (u_t + tangents.transpose() * (0.5 * of.h * of.fall))};
+    }
+    return {at.gap, tangents.transpose() * (d - d.dot(at.n) * at.n)};
+}
+
 } // namespace
 
 void ContactSolver::predict(const Bodies& bodies) {
@@ -51,65 +94,23 @@ void ContactSolver::predict(const Bodies& bodies) {
             const std::size_t i = solved_bodies_[k];
             predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
             placed_[i] = PlacedBody(predicted_[i]);
-            if (in_lanes_) {
-                const Mat3 turn = (predicted_[i].orientation * bodies.pose[i].orientation.conjugate()).toRotationMatrix();
-                const Vec3& position = predicted_[i].position;
-                end_[i] = {{turn(0, 0), turn(0, 1), turn(0, 2), turn(1, 0), turn(1, 1), turn(1, 2), turn(2, 0), turn(2, 1),
-                            turn(2, 2), position.x(), position.y(), position.z()}};
-            }
+            const Mat3 turn = (predicted_[i].orientation * bodies.pose[i].orientation.conjugate()).toRotationMatrix();
+            const Vec3& position = predicted_[i].position;
+            end_[i] = {{turn(0, 0), turn(0, 1), turn(0, 2), turn(1, 0), turn(1, 1), turn(1, 2), turn(2, 0), turn(2, 1),
+                        turn(2, 2), position.x(), position.y(), position.z()}};
         }
     });
-}
-
-/// How far the gaps between two flat features may be from linear in the velocity changes since they were measured [m]:
-/// turning and moving between two predicted poses, to second order.
-double ContactSolver::curvature_bound(const Bodies& bodies, int a, int b) const {
-    double bound = 0.0;
-    double turn = 0.0;
-    for (const int body : {a, b}) {
-        const auto i = static_cast<std::size_t>(body);
-        if (bodies.props[i].is_static()) {
-            continue;
-        }
-        const double w = std::max(velocity_[i].w.norm(), measured_[i].w.norm());
-        bound += (velocity_[i].w - measured_[i].w).norm() * w * bodies.props[i].bounding_radius;
-        turn += w;
-    }
-    const Vec3 moved = velocity_[static_cast<std::size_t>(a)].v - measured_[static_cast<std::size_t>(a)].v -
-                       velocity_[static_cast<std::size_t>(b)].v + measured_[static_cast<std::size_t>(b)].v;
-    return h_ * h_ * (bound + turn * moved.norm());
 }
 
 /// Gaps and displacements after the velocities changed: from the measurement before, where they are linear in the
 /// change to well within the tolerance, else measured again. Returns the largest error [m] of a gap.
 double ContactSolver::measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
-    double worst = 0.0;
-    for (const ContactBlock& block : loop_.blocks) {
-        if (block.count == 0) {
-            continue;
-        }
-        if (!block.is_flat || curvature_bound(bodies, block.a, block.b) > linear_share * settings_.tolerance) {
-            worst = std::max(worst, measure_block(bodies, pairs, block));
-            continue;
-        }
-        const Vec6 twist = relative_twist(block, velocity_);
-        for (int k = block.first; k < block.first + block.count; ++k) {
-            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-            const double missing = h_ * (point.u_n_target - normal_velocity(point, twist));
-            worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
-        }
-    }
-    return worst;
-}
-
-/// The same, eight blocks at a time.
-double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
     unsure_.resize(loop_.batches.size());
     std::atomic<double> worst = 0.0;
     loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
         raise_to(worst, check_batches({.batches = loop_.batches.data() + first,
                                        .batch_count = last - first,
-                                       .points = loop_.batch_points.data(),
+                                       .points = loop_.points.data(),
                                        .velocity = velocity_.front().v.data(),
                                        .measured = measured_.front().v.data(),
                                        .radius = radius_.data(),
@@ -117,16 +118,7 @@ double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vec
                                        .bend = linear_share * settings_.tolerance,
                                        .unsure = unsure_.data() + first}));
         for (std::size_t i = first; i < last; ++i) {
-            if (in_lanes_) {
-                raise_to(worst, unsure_[i] != 0 ? measure_lanes(bodies, pairs, i, i + 1, &unsure_[i]) : 0.0);
-                continue;
-            }
-            for (std::size_t lane = 0; unsure_[i] >> lane != 0; ++lane) {
-                if ((unsure_[i] >> lane & 1u) != 0) {
-                    const int block = loop_.batches[i].block[lane];
-                    raise_to(worst, measure_block(bodies, pairs, loop_.blocks[static_cast<std::size_t>(block)]));
-                }
-            }
+            raise_to(worst, unsure_[i] != 0 ? measure_batches(bodies, pairs, i, i + 1, &unsure_[i]) : 0.0);
         }
     });
     return worst;
@@ -136,99 +128,62 @@ double ContactSolver::measure_batches_again(const Bodies& bodies, const std::vec
 /// d_n / h). Returns the largest error [m] of a gap, two-sided where the contact carries load.
 double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
     std::atomic<double> worst = 0.0;
-    if (in_lanes_) {
-        loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
-            raise_to(worst, measure_lanes(bodies, pairs, first, last, nullptr));
-        });
-        return worst;
-    }
-    loop_.share(loop_.blocks.size(), [&](std::size_t first, std::size_t last) {
-        for (std::size_t k = first; k < last; ++k) {
-            raise_to(worst, measure_block(bodies, pairs, loop_.blocks[k]));
-        }
+    loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
+        raise_to(worst, measure_batches(bodies, pairs, first, last, nullptr));
     });
     return worst;
 }
 
-/// Normal of a flat block at the predicted poses; of others as the interval begins.
-Vec3 ContactSolver::predicted_normal(const Bodies& bodies, const ContactBlock& block) const {
-    const Vec3 n = block.frame.col(2);
-    if (!block.is_flat) {
-        return n;
-    }
-    const auto face = static_cast<std::size_t>(block.is_face_of_a ? block.a : block.b);
-    return placed_[face].rotation * (bodies.pose[face].orientation.conjugate() * n);
-}
-
-double ContactSolver::measure_block(const Bodies& bodies, const std::vector<PairContacts>& pairs,
-                                    const ContactBlock& block) {
-    double worst = 0.0;
-    const Vec6 twist = relative_twist(block, velocity_);
-    const Vec3 n = predicted_normal(bodies, block);
-    for (int k = block.first; k < block.first + block.count; ++k) {
-        const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
-        worst = std::max(worst, measure_point(bodies, pairs[static_cast<std::size_t>(contact.pair)], {block, twist, n, contact},
-                                              loop_.points[static_cast<std::size_t>(k)]));
+/// The same for batches first..last, of the lanes in `only` [last - first]; null: of all.
+double ContactSolver::measure_batches(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first,
+                                      std::size_t last, const unsigned* only) {
+    double worst = work_on_batches(RestPhase::measure, first, last, only);
+    for (std::size_t i = first; i < last; ++i) {
+        const BlockBatch& batch = loop_.batches[i];
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            const bool is_left = batch.block[lane] >= 0 && (rest_blocks_[i].plain >> lane & 1u) == 0;
+            if (is_left && (only == nullptr || (only[i - first] >> lane & 1u) != 0)) {
+                worst = std::max(worst, measure_lane(bodies, pairs, batch, lane));
+            }
+        }
     }
     return worst;
 }
 
-/// Sets the targets of a point; returns the error of its gap.
-double ContactSolver::measure_point(const Bodies& bodies, const PairContacts& pair, const Measured& of,
-                                    ContactPoint& point) const {
-    const auto& [block, twist, n, contact] = of;
-    Displacement moved;
-    if (contact.is_on_face) {
-        const Vec3 d = placed_[static_cast<std::size_t>(block.a)] * contact.point_a -
-                       placed_[static_cast<std::size_t>(block.b)] * contact.point_b;
-        moved.gap = n.dot(d);
-        moved.d_t = block.frame.leftCols<2>().transpose() * (d - moved.gap * n);
-    } else {
-        moved = displacement(bodies, pair, of, point);
-    }
-    const double missing = contact.gap_target - moved.gap;
-    point.u_n_target = normal_velocity(point, twist) + missing / h_;
-    if (block.has_friction()) {
-        point.u_t_target = tangential_velocity(point, twist) - (moved.d_t + contact.owed) / h_;
-    }
-    return point.p_n > 0.0 ? std::abs(missing) : missing;
-}
-
-/// Of a point of the block, whatever touches there.
-ContactSolver::Displacement ContactSolver::displacement(const Bodies& bodies, const PairContacts& pair, const Measured& of,
-                                                        const ContactPoint& point) const {
-    const ContactBlock& block = of.block;
-    const RestingContact& contact = of.contact;
+/// The same for a block of any features.
+double ContactSolver::measure_lane(const Bodies& bodies, const std::vector<PairContacts>& pairs, const BlockBatch& batch,
+                                   std::size_t lane) {
+    const Block& block = loop_.blocks[static_cast<std::size_t>(batch.block[lane])];
+    const LaneFrame frame(batch, lane);
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
-    const PlacedBody& pose_a = placed_[a];
-    const PlacedBody& pose_b = placed_[b];
-    const auto& [feature, start] = pair.manifold.contacts[static_cast<std::size_t>(contact.index)];
-    const Vec3 point_a = pose_a * contact.point_a;
-    const Vec3 point_b = pose_b * contact.point_b;
-    const Vec3 d = point_a - point_b;
-    ContactGeometry at = contact_geometry(feature, pose_a, pose_b);
-    if (wanders(feature, at, point_a, point_b,
-                std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius))) {
-        at.n = block.frame.col(2);
-        at.a = point_a;
-        at.b = point_b;
-        at.gap = at.n.dot(d);
+    const Interval interval{.h = h_,
+                            .fall = relative_gravity(bodies, pairs[static_cast<std::size_t>(block.pair)].manifold, settings_),
+                            .size = std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius),
+                            .from_a = bodies.pose[a],
+                            .from_b = bodies.pose[b],
+                            .to_a = predicted_[a],
+                            .to_b = predicted_[b],
+                            .placed_a = placed_[a],
+                            .placed_b = placed_[b]};
+    const Eigen::Matrix<double, 3, 2> tangents = frame.frame.leftCols<2>();
+    const Vec6 twist = frame.relative_twist(velocity_);
+    double worst = 0.0;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
+        const auto at = static_cast<std::size_t>(batch.first) + k;
+        BatchPoint& to = loop_.points[at];
+        const LanePoint point(to, lane);
+        const Contact& contact = *loop_.contacts[static_cast<std::size_t>(block.first) + k].contact;
+        const Displacement moved = displacement(interval, contact, frame.frame.col(2), tangents, point.tangential_velocity(twist));
+        const double missing = rest_points_[at].gap_target.x[lane] - moved.gap;
+        to.u_n_target.x[lane] = point.normal_velocity(twist) + missing / h_;
+        const Vec2 owed(rest_points_[at].owed[0].x[lane], rest_points_[at].owed[1].x[lane]);
+        const Vec2 target = point.tangential_velocity(twist) - (moved.d_t + owed) / h_;
+        to.u_t_target[0].x[lane] = target.x();
+        to.u_t_target[1].x[lane] = target.y();
+        worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
     }
-    const Eigen::Matrix<double, 3, 2> tangents = block.frame.leftCols<2>();
-    if (!block.has_friction()) {
-        return {at.gap};
-    }
-    if (feature.rim_radius > 0.0) {
-        return {at.gap, tangents.transpose() * (rolled(bodies.pose[a], predicted_[a], start.a, at.a) -
-                                                rolled(bodies.pose[b], predicted_[b], start.b, at.b))};
-    }
-    if (is_curved(feature)) {
-        // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
-        const Vec3 fall = 0.5 * h_ * relative_gravity(bodies, pair.manifold, settings_);
-        return {at.gap, h_ * (tangential_velocity(point, of.twist) + tangents.transpose() * fall)};
-    }
-    return {at.gap, tangents.transpose() * (d - d.dot(at.n) * at.n)};
+    return worst;
 }
 
 } // namespace sim

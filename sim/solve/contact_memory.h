@@ -1,6 +1,6 @@
 #pragma once
 /// What contacts remember from step to step, pair by pair.
-#include "sim/block/contact_block.h"
+#include "sim/block/blocks.h"
 
 namespace sim {
 

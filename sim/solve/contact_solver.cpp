@@ -1,15 +1,31 @@
 #include "sim/solve/contact_solver.h"
 
-#include "sim/block/contact_graph.h"
 #include "sim/model/integrate.h"
 #include "sim/solve/time_of_impact.h"
 
 #include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace sim {
 namespace {
+
+static_assert(offsetof(ContactMemory, slip) - offsetof(ContactMemory, p_n) == 8 * sizeof(double) &&
+                  offsetof(ContactMemory, mark) - offsetof(ContactMemory, p_n) == 15 * sizeof(double),
+              "rest_kernel.cpp reads and writes two rows");
+
+/// Within this share [-] of the tolerance a gap is not closed at once but by a share of it a step: closing an error of d
+/// in one step needs the velocity d / h, which the next step has to take away again.
+constexpr double soft_band = 0.5;
+
+/// The impulses of an interval are no guess at those of one so many times [-] as long: next to an impact they stop what
+/// approaches slowly, rather than carry a load.
+constexpr double largest_stretch = 100.0;
+
+/// Next to a speculative impact, just after an impact, or where there was a force, an impulse that exceeds this many times
+/// [-] the last step's force, and the weight, answers an impact and is no force.
+constexpr double largest_growth = 2.0;
 
 /// Gaps in the soft band are closed by this share [-] of them a step; more slowly where the tolerance is loose: sweeps
 /// that take away the share s of an error in velocity, from impulses that each step starts from whole, act on a heap as
@@ -45,78 +61,145 @@ constexpr int mark_rounds = 10;
 /// Linear solves of one step before it counts as not converged.
 constexpr int outer_limit = 12;
 
+/// What stands for a contact in lanes that have none.
+ContactMemory no_memory;
+
+/// A block of the pair, without its contacts.
+Block block_like(const PairContacts& pair, int index) {
+    Block block;
+    block.a = pair.manifold.body_a;
+    block.b = pair.manifold.body_b;
+    block.pair = index;
+    block.mu_s = pair.material.mu_s;
+    block.mu_d = pair.material.mu_d;
+    return block;
+}
+
 } // namespace
 
-void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs,
-                            std::span<const Joint> joints, std::span<const JointMemory> joint_memory,
-                            const StepSettings& settings, double h) {
+void ContactSolver::set_rules(const StepSettings& settings, double h) {
     settings_ = settings;
     stop_at_impacts_ = settings.impacts == ImpactHandling::stop;
     h_ = h;
     step_share_ = std::min(h / settings.time_step.value(), 1.0);
     iteration_tolerance_ = std::min(iteration_share * settings.tolerance / h, settings.velocity_tolerance);
-    relaxation_ = gap_relaxation * std::clamp(tight_velocity_tolerance / iteration_tolerance_,
-                                              loose_gap_relaxation / gap_relaxation, 1.0);
+    const double relaxation = gap_relaxation * std::clamp(tight_velocity_tolerance / iteration_tolerance_,
+                                                          loose_gap_relaxation / gap_relaxation, 1.0);
+    const Vec3& gravity = settings.gravity;
+    rules_ = {.h = h,
+              .tolerance = settings.tolerance,
+              .band = soft_band * settings.tolerance,
+              .relaxation = relaxation,
+              .step_share = step_share_,
+              .velocity_tolerance = settings.velocity_tolerance,
+              .largest_stretch = largest_stretch,
+              .largest_growth = largest_growth,
+              .limit = 1.0 - limit_rounding,
+              .slip_tolerance = iteration_share * settings.tolerance,
+              .gravity = {gravity.x(), gravity.y(), gravity.z()},
+              .warm_start = settings.warm_start};
+}
+
+void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+                            std::span<const JointMemory> joint_memory, const StepSettings& settings, double h) {
+    set_rules(settings, h);
     velocity_ = bodies.velocity;
+    before_ = bodies.velocity.front().v.data();
     measured_.resize(bodies.props.size());
     predicted_.resize(bodies.props.size());
     placed_.resize(bodies.props.size());
     radius_.resize(bodies.props.size());
-    loop_.clear();
+    end_.resize(bodies.props.size());
     joint_weight_.clear();
     for (const JointMemory& memory : joint_memory) {
         joint_weight_.push_back(node_weight(memory.last_interval, h));
     }
     joints_.prepare(bodies, joints);
     find_solved_bodies(bodies, pairs, joints);
-    std::vector<Place> places(pairs.size() + 1); // of each pair and of the end
-    std::atomic<bool> all_taken = true;
+    loop_.clear();
+    has_two_coefficients_ = false;
+    all_in_solve_ = true;
+    take_pairs(bodies, pairs);
+    start(bodies, pairs, 0);
+}
+
+void ContactSolver::add_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
+                                 std::span<const Velocity> at_node) {
+    const std::size_t first_block = loop_.blocks.size();
+    std::vector<BlockContact> taken;
+    for (const int index : added) {
+        const PairContacts& pair = pairs[static_cast<std::size_t>(index)];
+        add_solved_body(bodies, pair.manifold.body_a);
+        add_solved_body(bodies, pair.manifold.body_b);
+        taken.resize(pair.manifold.contacts.size());
+        taken.resize(take(bodies, pair, taken.data()));
+        all_in_solve_ = all_in_solve_ && taken.size() == pair.manifold.contacts.size();
+        has_two_coefficients_ = has_two_coefficients_ || pair.material.mu_s != pair.material.mu_d;
+        const std::size_t first = loop_.contacts.size();
+        const std::size_t place = loop_.blocks.size();
+        loop_.contacts.insert(loop_.contacts.end(), taken.begin(), taken.end());
+        loop_.blocks.resize(place + block_count(taken));
+        loop_.split(place, first, loop_.contacts.size(), block_like(pair, index));
+    }
+    contact_count_ = static_cast<int>(loop_.contacts.size());
+    start(bodies, pairs, first_block);
+    find_late_impacts(pairs, first_block, at_node);
+}
+
+void ContactSolver::drop_contacts(const Bodies& bodies, int pair) {
+    all_in_solve_ = false;
+    for (Block& block : loop_.blocks) {
+        if (block.count > 0 && block.pair == pair) {
+            loop_.drop(block, bodies, velocity_);
+        }
+    }
+}
+
+/// The contacts of a pair that the solve holds, all but the impacts that are waited for; returns their number.
+std::size_t ContactSolver::take(const Bodies& bodies, const PairContacts& pair, BlockContact* to) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
+        const Contact& contact = pair.manifold.contacts[i];
+        if (!stop_at_impacts_ || !is_impact(bodies, pair.manifold, contact, settings_)) {
+            to[count++] = {&contact, static_cast<int>(i)};
+        }
+    }
+    return count;
+}
+
+/// Blocks and contacts of all pairs.
+void ContactSolver::take_pairs(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+    struct Size {
+        std::size_t blocks = 0;
+        std::size_t contacts = 0;
+    };
+    std::vector<Size> end(pairs.size() + 1); // before each pair, and at the end
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
-        Taken taken;
-        for (std::size_t pair = first; pair < last; ++pair) {
-            places[pair + 1] = size_of(bodies, pairs[pair], taken);
-            if (places[pair + 1].point != pairs[pair].manifold.contacts.size()) {
-                all_taken = false;
+        std::vector<BlockContact> taken;
+        for (std::size_t i = first; i < last; ++i) {
+            end[i + 1] = {pairs[i].blocks, pairs[i].manifold.contacts.size()};
+            if (stop_at_impacts_) {
+                taken.resize(pairs[i].manifold.contacts.size());
+                taken.resize(take(bodies, pairs[i], taken.data()));
+                end[i + 1] = {block_count(taken), taken.size()};
             }
         }
     });
-    all_in_solve_ = all_taken;
-    for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
-        places[pair + 1].block += places[pair].block;
-        places[pair + 1].point += places[pair].point;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        all_in_solve_ = all_in_solve_ && end[i + 1].contacts == pairs[i].manifold.contacts.size();
+        has_two_coefficients_ = has_two_coefficients_ || pairs[i].material.mu_s != pairs[i].material.mu_d;
+        end[i + 1].blocks += end[i].blocks;
+        end[i + 1].contacts += end[i].contacts;
     }
-    loop_.blocks.resize(places.back().block);
-    in_lanes_ = fits_lanes(pairs);
-    point_count_ = places.back().point;
-    if (in_lanes_) {
-        start_lanes(bodies, pairs, places);
-        return;
-    }
-    resize(places.back());
+    loop_.blocks.resize(end.back().blocks);
+    loop_.contacts.resize(end.back().contacts);
+    contact_count_ = static_cast<int>(end.back().contacts);
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
-        Taken taken;
-        for (std::size_t pair = first; pair < last; ++pair) {
-            take(bodies, pairs[pair], taken);
-            place_contacts(bodies, pairs[pair], static_cast<int>(pair), places[pair], taken);
+        for (std::size_t i = first; i < last; ++i) {
+            take(bodies, pairs[i], loop_.contacts.data() + end[i].contacts);
+            loop_.split(end[i].blocks, end[i].contacts, end[i + 1].contacts, block_like(pairs[i], static_cast<int>(i)));
         }
     });
-    apply_impulses(bodies, 0);
-}
-
-void ContactSolver::add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair,
-                                 std::span<const Velocity> at_node) {
-    leave_lanes(bodies, pairs);
-    const PairContacts& added = pairs[static_cast<std::size_t>(pair)];
-    add_solved_body(bodies, added.manifold.body_a);
-    add_solved_body(bodies, added.manifold.body_b);
-    Taken taken;
-    take(bodies, added, taken);
-    all_in_solve_ = all_in_solve_ && taken.at.size() == added.manifold.contacts.size();
-    const Place place{loop_.blocks.size(), loop_.points.size()};
-    resize({place.block + block_count(taken.at), place.point + taken.at.size()});
-    place_contacts(bodies, added, pair, place, taken);
-    find_late_impacts(added, place.block, at_node);
-    apply_impulses(bodies, place.block);
 }
 
 /// Bodies that are not among them move freely over the interval: to where predicted() tells from here on.
@@ -151,139 +234,123 @@ void ContactSolver::add_solved_body(const Bodies& bodies, int body) {
     }
 }
 
-void ContactSolver::find_late_impacts(const PairContacts& pair, std::size_t first_block, std::span<const Velocity> at_node) {
+/// Batches of the blocks from `first_block` on, and what their contacts start from.
+void ContactSolver::start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block) {
+    if (first_block == loop_.blocks.size()) {
+        return;
+    }
+    const std::size_t first_batch = loop_.batches.size();
+    loop_.arrange(bodies, first_block, bodies.velocity);
+    rest_points_.resize(loop_.points.size());
+    rest_blocks_.resize(loop_.batches.size());
+    loop_.share(loop_.batches.size() - first_batch, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first_batch + first; i < first_batch + last; ++i) {
+            start_batch(bodies, pairs, i);
+        }
+    });
+    for (std::size_t i = first_block; has_two_coefficients_ && i < loop_.blocks.size(); ++i) {
+        Block& block = loop_.blocks[i];
+        set_mark(block, loop_.batch_of(block).sticking.x[Blocks::lane_of(block)] > 0.5);
+    }
+    loop_.share_colours([&](std::size_t first, std::size_t last) { work_on_batches(RestPhase::apply, first, last); },
+                        first_batch);
+}
+
+void ContactSolver::start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i) {
+    const BlockBatch& batch = loop_.batches[i];
+    RestBlock& rest = rest_blocks_[i];
+    rest.plain = rest.edges = rest.hit = 0;
+    for (int k = batch.first; k < batch.first + batch.count; ++k) {
+        RestPoint& point = rest_points_[static_cast<std::size_t>(k)];
+        std::fill_n(point.memory, lane_count, &no_memory.p_n);
+        point.edges = 0;
+    }
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        if (batch.block[lane] >= 0) {
+            const Block& block = loop_.blocks[static_cast<std::size_t>(batch.block[lane])];
+            start_lane(bodies, pairs[static_cast<std::size_t>(block.pair)], i, lane);
+        }
+    }
+    work_on_batches(RestPhase::start, i, i + 1);
+}
+
+/// Where the contacts of a lane are remembered, and how they are measured.
+void ContactSolver::start_lane(const Bodies& bodies, PairContacts& pair, std::size_t i, std::size_t lane) {
+    const BlockBatch& batch = loop_.batches[i];
+    RestBlock& rest = rest_blocks_[i];
+    const unsigned bit = 1u << lane;
+    const std::span<const BlockContact> own =
+        loop_.contacts_of(loop_.blocks[static_cast<std::size_t>(batch.block[lane])]);
+    const ContactFeature& first = own.front().contact->feature;
+    const ContactFeature& edges = own.back().contact->feature; // the last by its id, if there are any
+    const bool has_edges = edges.kind == FeatureKind::edges;
+    const bool is_flat = (batch.flat & bit) != 0;
+    bool is_plain = is_flat || own.size() == 1;
+    for (std::size_t k = 0; k < own.size(); ++k) {
+        rest_points_[static_cast<std::size_t>(batch.first) + k].memory[lane] =
+            &pair.memory[static_cast<std::size_t>(own[k].index)].p_n;
+        const ContactFeature& feature = own[k].contact->feature;
+        const bool is_on_face = is_flat && feature.kind == first.kind && !is_curved(feature);
+        is_plain = is_plain && (is_on_face || (has_edges && k + 1 == own.size()));
+    }
+    rest.plain |= is_plain ? bit : 0u;
+    if (!is_plain || !has_edges) {
+        return;
+    }
+    rest.edges |= bit;
+    rest_points_[static_cast<std::size_t>(batch.first) + own.size() - 1].edges |= bit;
+    const auto a = static_cast<std::size_t>(batch.a[lane]);
+    const auto b = static_cast<std::size_t>(batch.b[lane]);
+    rest.reach.x[lane] = wander_share * std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
+    const Vec3 edge_a = bodies.pose[a].orientation * (edges.side * edges.direction_a);
+    const Vec3 edge_b = bodies.pose[b].orientation * edges.direction_b;
+    for (int axis = 0; axis < 3; ++axis) {
+        rest.edge_a[axis].x[lane] = edge_a[axis];
+        rest.edge_b[axis].x[lane] = edge_b[axis];
+    }
+}
+
+/// The mark of eq. 6, and the coefficient that goes with it.
+void ContactSolver::set_mark(Block& block, bool sticks) {
+    BlockBatch& batch = loop_.batch_of(block);
+    const std::size_t lane = Blocks::lane_of(block);
+    batch.sticking.x[lane] = sticks ? 1.0 : 0.0;
+    batch.mu.x[lane] = sticks ? block.mu_s : block.mu_d;
+}
+
+void ContactSolver::find_late_impacts(const std::vector<PairContacts>& pairs, std::size_t first_block,
+                                      std::span<const Velocity> at_node) {
     const double threshold = resting_threshold(settings_);
-    for (std::size_t block = first_block; block < loop_.blocks.size(); ++block) {
-        const Vec6 twist = relative_twist(loop_.blocks[block], at_node);
-        for (int k = loop_.blocks[block].first; k < loop_.blocks[block].first + loop_.blocks[block].count; ++k) {
-            RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
-            const bool is_new = pair.memory[static_cast<std::size_t>(contact.index)].last_interval == 0.0;
-            if (is_new && -normal_velocity(loop_.points[static_cast<std::size_t>(k)], twist) > threshold) {
-                contact.is_ahead = contact.would_close = true;
+    for (std::size_t i = first_block; i < loop_.blocks.size(); ++i) {
+        const Block& block = loop_.blocks[i];
+        const BlockBatch& batch = loop_.batch_of(block);
+        const std::size_t lane = Blocks::lane_of(block);
+        const Vec6 twist = LaneFrame(batch, lane).relative_twist(at_node);
+        const std::vector<ContactMemory>& memory = pairs[static_cast<std::size_t>(block.pair)].memory;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
+            const auto at = static_cast<std::size_t>(batch.first) + k;
+            const int index = loop_.contacts[static_cast<std::size_t>(block.first) + k].index;
+            const bool is_new = memory[static_cast<std::size_t>(index)].last_interval == 0.0;
+            if (is_new && -LanePoint(loop_.points[at], lane).normal_velocity(twist) > threshold) {
+                rest_points_[at].ahead |= 1u << lane;
+                rest_points_[at].closing |= 1u << lane;
             }
         }
     }
 }
 
-/// Blocks and points that take() will hold of a pair. taken: memory.
-ContactSolver::Place ContactSolver::size_of(const Bodies& bodies, const PairContacts& pair, Taken& taken) const {
-    if (!stop_at_impacts_) {
-        return {pair.blocks, pair.manifold.contacts.size()};
-    }
-    take(bodies, pair, taken);
-    return {block_count(taken.at), taken.at.size()};
-}
-
-/// The contacts of a pair that the solve holds; impacts are waited for, where the step stops at them.
-void ContactSolver::take(const Bodies& bodies, const PairContacts& pair, Taken& taken) const {
-    taken.at.clear();
-    taken.index.clear();
-    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
-        const Contact& contact = pair.manifold.contacts[i];
-        if (!stop_at_impacts_ || !is_impact(bodies, pair.manifold, contact, settings_)) {
-            taken.at.push_back(contact.at);
-            taken.index.push_back(static_cast<int>(i));
-        }
-    }
-}
-
-void ContactSolver::resize(const Place& end) {
-    loop_.blocks.resize(end.block);
-    loop_.points.resize(end.point);
-    contacts_.resize(end.point);
-    point_count_ = end.point;
-}
-
-/// Blocks, points and contacts of a pair, from `place` on.
-void ContactSolver::place_contacts(const Bodies& bodies, const PairContacts& pair, int pair_index, const Place& place,
-                                   const Taken& taken) {
-    for (std::size_t i = 0; i < taken.index.size(); ++i) {
-        contacts_[place.point + i] = {};
-        contacts_[place.point + i].pair = pair_index;
-        contacts_[place.point + i].index = taken.index[i];
-    }
-    loop_.place(place.block, place.point, bodies, pair.manifold.body_a, pair.manifold.body_b, taken.at, pair.material);
-    for (std::size_t k = 0; k < block_count(taken.at); ++k) {
-        start_block(bodies, pair, loop_.blocks[place.block + k]);
-    }
-}
-
-/// Gives the bodies the impulses that the blocks from `first` on start from.
-void ContactSolver::apply_impulses(const Bodies& bodies, std::size_t first) {
-    for (std::size_t k = first; k < loop_.blocks.size(); ++k) {
-        const ContactBlock& block = loop_.blocks[k];
-        apply_wrench(block, wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia, velocity_);
-    }
-}
-
-void ContactSolver::drop_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair) {
-    leave_lanes(bodies, pairs);
-    all_in_solve_ = false;
-    for (ContactBlock& block : loop_.blocks) {
-        if (block.count > 0 && contacts_[static_cast<std::size_t>(block.first)].pair == pair) {
-            apply_wrench(block, -wrench_of(loop_.points_of(block)), bodies.props, bodies.inverse_inertia,
-                         velocity_);
-            block.count = 0;
-        }
-    }
-}
-
-/// What a block and its contacts know as the interval begins: velocities, targets, and the impulses of the
-/// last step.
-void ContactSolver::start_block(const Bodies& bodies, const PairContacts& pair, ContactBlock& block) {
-    double last_interval = 0.0;
-    bool touches = false;
-    const ContactFeature& feature =
-        pair.manifold.contacts[static_cast<std::size_t>(contacts_[static_cast<std::size_t>(block.first)].index)].feature;
-    block.set_surface(feature);
-    for (int k = block.first; k < block.first + block.count; ++k) {
-        const auto i = static_cast<std::size_t>(contacts_[static_cast<std::size_t>(k)].index);
-        last_interval = std::max(last_interval, pair.memory[i].last_interval);
-        touches = touches || pair.manifold.contacts[i].at.gap <= settings_.tolerance;
-    }
-    // A block that is placed ahead of its impact takes its sliding direction after the impulse, as a
-    // collision does.
-    block.node_weight = touches ? node_weight(last_interval, h_) : 1.0;
-    const double fall = -relative_gravity(bodies, pair.manifold, settings_).dot(block.frame.col(2));
-    const double band = soft_band * settings_.tolerance;
-    const double interval = impulse_interval(block.node_weight, h_);
-    const Vec6 twist = relative_twist(block, bodies.velocity);
-    block.twist_before = tangential_part(twist);
-    for (int k = block.first; k < block.first + block.count; ++k) {
-        ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-        RestingContact& resting = contacts_[static_cast<std::size_t>(k)];
-        const auto& [own, at] = pair.manifold.contacts[static_cast<std::size_t>(resting.index)];
-        resting.is_on_face = block.is_flat && own.kind == feature.kind && !is_curved(own);
-        const ContactMemory& memory = pair.memory[static_cast<std::size_t>(resting.index)];
-        resting.is_ahead = at.gap > settings_.tolerance;
-        resting.u_n_before = normal_velocity(point, twist);
-        const double approach = std::max(-resting.u_n_before, 0.0);
-        resting.approach_speed = std::max(std::sqrt(std::max(approach * approach + 2.0 * fall * at.gap, 0.0)),
-                                          memory.approach_speed);
-        resting.would_close = resting.is_ahead && at.gap + h_ * (resting.u_n_before - 0.5 * h_ * fall) <= 0.0;
-        if (at.gap <= band) {
-            const double after_step = std::max((1.0 - relaxation_) * at.gap, -band);
-            resting.gap_target = at.gap + step_share_ * (after_step - at.gap);
-        }
-        set_material_points(bodies, block, at, resting);
-        if (block.has_friction()) {
-            resting.owed = relaxation_ * step_share_ *
-                           Vec2(memory.slip.dot(block.frame.col(0)), memory.slip.dot(block.frame.col(1)));
-        }
-        const double stretch = memory.p_n > 0.0 ? interval / memory.interval : 0.0;
-        const double scale = stretch <= largest_stretch ? stretch : 0.0;
-        resting.load = scale * memory.force_share * memory.p_n;
-        resting.restarts = memory.p_n > 0.0 && memory.last_interval == 0.0;
-        if (settings_.warm_start && memory.p_n > 0.0) {
-            point.p_n = scale * memory.p_n;
-            point.p_t = scale * Vec2(memory.p_t.dot(block.frame.col(0)), memory.p_t.dot(block.frame.col(1)));
-            block.is_sticking = block.is_sticking || memory.is_sticking();
-        }
-        // A contact that begins at rest sticks if it can.
-        const bool is_new = memory.p_n == 0.0 && memory.last_interval == 0.0;
-        block.is_sticking = block.is_sticking || (is_new && !resting.is_ahead &&
-                                                  tangential_before(block, point).norm() <= settings_.velocity_tolerance);
-    }
+double ContactSolver::work_on_batches(RestPhase phase, std::size_t first, std::size_t last, const unsigned* only) {
+    return work_on_rest({.phase = phase,
+                         .batches = loop_.batches.data() + first,
+                         .batch_count = last - first,
+                         .blocks = rest_blocks_.data() + first,
+                         .points = loop_.points.data(),
+                         .rest = rest_points_.data(),
+                         .end = end_.data(),
+                         .before = before_,
+                         .velocity = velocity_.front().v.data(),
+                         .only = only,
+                         .rules = &rules_});
 }
 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
@@ -291,95 +358,87 @@ double ContactSolver::part_of(double tolerance) const {
     return std::min(std::max(step_share_ * tolerance, gap_rounding), tolerance);
 }
 
-/// Sweeps over joints and contacts until nothing changes by more than `tolerance` [m/s]. Returns their
-/// number.
-int ContactSolver::iterate(const Bodies& bodies, double tolerance, int budget, bool& converged) {
+/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than `tolerance` [m/s]. Returns
+/// their number.
+int ContactSolver::iterate(double tolerance, int budget, bool& converged) {
     const double joint_tolerance = part_of(settings_.joint_tolerance) / h_;
+    const bool has_joints = !joints_.empty();
     int count = 0;
     double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
     double settled = std::numeric_limits<double>::infinity(); // [m/s], once the first sweep has told
-    const bool has_joints = !joints_.empty();
-    const bool together = TogetherSweeps::fits(loop_);
-    together    ? together_.begin(loop_, bodies)
-    : in_lanes_ ? loop_.wake(bodies)
-                : loop_.load_batches(bodies);
+    loop_.wake();
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = has_joints ? joints_.solve(velocity_) : 0.0;
         const double skip =
             has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
-        const double change = loop_.empty() ? 0.0
-                              : together    ? together_.sweep(loop_, bodies, velocity_)
-                                            : loop_.sweep(velocity_, skip, slack_share * tolerance,
-                                                          projections_in(count, last, tolerance));
-        last = change;
-        settled = count == 0 ? std::max(settling_share * change, settled_change) : settled;
-        converged = change <= tolerance && (change <= settled || settling_++ >= settling_sweeps);
+        last = loop_.sweep(velocity_, skip, slack_share * tolerance, projections_in(count, last, tolerance));
+        settled = count == 0 ? std::max(settling_share * last, settled_change) : settled;
+        converged = last <= tolerance;
+        if (converged && last > settled && settling_ < settling_sweeps) {
+            ++settling_;
+            converged = false;
+        }
+        converged = converged || (loop_.stalls() && last <= stall_share * settings_.tolerance / h_);
         converged = converged && (loop_.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
-    }
-    if (!together && !in_lanes_) {
-        loop_.store_impulses();
     }
     return count;
 }
 
-/// Eq. 6 on converged sums. A marked block that is at its limit and slips loses its mark; a sliding one that
-/// the step would reverse has stopped within it, and sticks if static friction can hold it. Returns true if
-/// the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
+/// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
 bool ContactSolver::update_marks(const std::vector<PairContacts>& pairs) {
-    if (in_lanes_) {
-        return false;
-    }
-    const double slip_tolerance = iteration_share * settings_.tolerance / h_;
     bool changed = false;
-    for (ContactBlock& block : loop_.blocks) {
-        if (block.mu_d == block.mu_s) {
-            continue;
-        }
-        const Vec6 twist = relative_twist(block, velocity_);
-        bool slips = false;
-        bool at_limit = false;
-        double reversal = 0.0;
-        for (int k = block.first; k < block.first + block.count; ++k) {
-            const ContactPoint& point = loop_.points[static_cast<std::size_t>(k)];
-            if (point.p_n == 0.0) {
-                continue;
-            }
-            const RestingContact& contact = contacts_[static_cast<std::size_t>(k)];
-            const Vec2 slip = tangential_velocity(point, twist) - point.u_t_target;
-            slips = slips || slip.norm() > slip_tolerance;
-            at_limit = at_limit || is_at_limit(point, block.mu_s);
-            const Vec3& sliding = pairs[static_cast<std::size_t>(contact.pair)]
-                                      .memory[static_cast<std::size_t>(contact.index)]
-                                      .sliding;
-            reversal += point.p_n * (slip.x() * sliding.dot(block.frame.col(0)) +
-                                     slip.y() * sliding.dot(block.frame.col(1)));
-        }
-        const bool lost = block.is_sticking && slips && at_limit;
-        const bool stopped = !block.is_sticking && slips && reversal < 0.0;
-        if (lost || stopped) {
-            block.is_sticking = stopped;
-            changed = true;
-        }
+    for (std::size_t i = 0; has_two_coefficients_ && i < loop_.blocks.size(); ++i) {
+        Block& block = loop_.blocks[i];
+        changed = (block.count > 0 && block.mu_d != block.mu_s && update_mark(pairs, block)) || changed;
     }
     return changed;
+}
+
+/// A marked block that is at its limit and slips loses its mark; a sliding one that the step would reverse has stopped
+/// within it, and sticks if static friction can hold it.
+bool ContactSolver::update_mark(const std::vector<PairContacts>& pairs, Block& block) {
+    const double slip_tolerance = iteration_share * settings_.tolerance / h_;
+    const BlockBatch& batch = loop_.batch_of(block);
+    const std::size_t lane = Blocks::lane_of(block);
+    const LaneFrame frame(batch, lane);
+    const Vec6 twist = frame.relative_twist(velocity_);
+    const bool is_sticking = batch.sticking.x[lane] > 0.5;
+    bool slips = false;
+    bool at_limit = false;
+    double reversal = 0.0;
+    for (int k = 0; k < block.count; ++k) {
+        const BatchPoint& in_lanes = loop_.points[static_cast<std::size_t>(batch.first + k)];
+        const LanePoint point(in_lanes, lane);
+        if (point.p_n == 0.0) {
+            continue;
+        }
+        const Vec2 target(in_lanes.u_t_target[0].x[lane], in_lanes.u_t_target[1].x[lane]);
+        const Vec2 slip = point.tangential_velocity(twist) - target;
+        slips = slips || slip.norm() > slip_tolerance;
+        at_limit = at_limit || point.p_t.norm() >= (1.0 - limit_rounding) * block.mu_s * point.p_n;
+        const int index = loop_.contacts[static_cast<std::size_t>(block.first + k)].index;
+        const Vec3& sliding =
+            pairs[static_cast<std::size_t>(block.pair)].memory[static_cast<std::size_t>(index)].sliding;
+        reversal += point.p_n * slip.dot(frame.frame.leftCols<2>().transpose() * sliding);
+    }
+    const bool lost = is_sticking && slips && at_limit;
+    const bool stopped = !is_sticking && slips && reversal < 0.0;
+    if (lost || stopped) {
+        set_mark(block, stopped);
+    }
+    return lost || stopped;
 }
 
 ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
-    if (!TogetherSweeps::fits(loop_) && !in_lanes_) {
-        loop_.arrange(bodies);
-    }
     predict(bodies);
     settling_ = 0;
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     for (int outer = 0; outer < outer_limit && !(loop_.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
-        const bool in_batches = !TogetherSweeps::fits(loop_) && !settings_.shock_propagation;
-        report.residual = outer == 0   ? measure(bodies, pairs)
-                          : in_batches ? measure_batches_again(bodies, pairs)
-                                       : measure_again(bodies, pairs);
+        report.residual = outer == 0 ? measure(bodies, pairs) : measure_again(bodies, pairs);
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, predicted_, velocity_, h_, step_share_);
         if (outer > 0 && report.residual <= accepted_share * gap_tolerance &&
@@ -396,52 +455,17 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         if (left <= 0 || (outer > 1 && report.residual > std::max(residual_before, gap_tolerance))) {
             break;
         }
-        const int budget =
-            settings_.shock_propagation ? std::min(left, settings_.shock_propagation_after) : left;
         bool converged = false;
-        report.iterations += iterate(bodies, iteration_tolerance_, budget, converged);
+        report.iterations += iterate(iteration_tolerance_, left, converged);
         for (int round = 0; round < mark_rounds && converged && update_marks(pairs); ++round) {
-            report.iterations += iterate(
-                bodies, iteration_tolerance_, std::max(settings_.iteration_limit - report.iterations, 1), converged);
-        }
-        if (settings_.shock_propagation && !converged) {
-            shock_propagation(bodies);
+            report.iterations +=
+                iterate(iteration_tolerance_, std::max(settings_.iteration_limit - report.iterations, 1), converged);
         }
         predict(bodies);
     }
     report.converged =
         report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
     return report;
-}
-
-/// Guendelman et al. 2003: level by level from the static bodies upward, each level's bodies then count as
-/// immovable.
-void ContactSolver::shock_propagation(const Bodies& bodies) {
-    const std::vector<int> level = contact_levels(loop_.blocks, bodies.props);
-    const int top = *std::ranges::max_element(level);
-    std::vector<BlockResponse> responses;
-    for (const ContactBlock& block : loop_.blocks) {
-        const int level_a = level[static_cast<std::size_t>(block.a)];
-        const int level_b = level[static_cast<std::size_t>(block.b)];
-        responses.push_back(
-            block_response(block, loop_.points_of(block), bodies, level_a < level_b, level_b < level_a));
-    }
-    for (int current = 1; current <= top; ++current) {
-        double change = std::numeric_limits<double>::infinity();
-        for (int i = 0; i < settings_.shock_propagation_after && change > settings_.velocity_tolerance; ++i) {
-            change = 0.0;
-            for (std::size_t k = 0; k < loop_.blocks.size(); ++k) {
-                const ContactBlock& block = loop_.blocks[k];
-                const int level_a = level[static_cast<std::size_t>(block.a)];
-                const int level_b = level[static_cast<std::size_t>(block.b)];
-                if (std::max(level_a, level_b) == current) {
-                    change =
-                        std::max(change, solve_block(block, responses[k], loop_.points_of(block), bodies, velocity_,
-                                                     most_projections, level_a < current, level_b < current));
-                }
-            }
-        }
-    }
 }
 
 } // namespace sim

@@ -4,7 +4,7 @@
 /// Bender et al. 2005 predict a joint's gap at t0 + h and apply the impulse that closes it, joint by joint.
 /// Here all joints of the scene are one sparse linear system: a chain then needs no iterations, only contacts
 /// do.
-#include "sim/block/contact_block.h"
+#include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"
 
 #include <array>

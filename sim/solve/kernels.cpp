@@ -1,9 +1,12 @@
+/// Each kernel is compiled for each instruction set (NAME_kernel.cpp -> NAME_kernel_SET); the widest that this processor
+/// can run is taken, or the one that the environment's TUMBLE_KERNELS names: baseline, avx2. All give the same bits.
 #include "sim/block/batch.h"
 #include "sim/collide/box_axes.h"
 #include "sim/solve/rest_batch.h"
 
-/// Each kernel is compiled for each instruction set (NAME_kernel.cpp -> NAME_kernel_SET); the widest that this processor
-/// can run is taken.
+#include <cstdlib>
+#include <string_view>
+
 #if defined(TUMBLE_X86_KERNELS)
 #define CHOOSE_KERNEL(result, name, argument)                                                                          \
     result name##_kernel_baseline(const argument&);                                                                    \
@@ -32,11 +35,16 @@ namespace sim {
 #if defined(TUMBLE_X86_KERNELS)
 namespace {
 
+bool is_asked_for(std::string_view set) {
+    const char* asked = std::getenv("TUMBLE_KERNELS");
+    return asked != nullptr && set == asked;
+}
 bool has_avx512() {
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && !is_asked_for("avx2") &&
+           !is_asked_for("baseline");
 }
 bool has_avx2() {
-    return __builtin_cpu_supports("avx2");
+    return __builtin_cpu_supports("avx2") && !is_asked_for("baseline");
 }
 
 } // namespace

@@ -1,5 +1,5 @@
-/// Resting contacts, eight blocks at a time. The formulas are those of ContactBlocks::place, ContactSolver::start_block,
-/// measure_block and remember_block, which are the readable form. Compiled once for each instruction set; KERNEL names it.
+/// Resting contacts, eight blocks at a time: what they start from, their gaps at the predicted poses (eq. 8), what they
+/// store for the next interval. Compiled once for each instruction set; KERNEL names it.
 #include "sim/base/lanes.h"
 #include "sim/solve/rest_batch.h"
 
@@ -7,17 +7,6 @@ namespace sim {
 namespace {
 
 constexpr double infinity = __builtin_inf();
-constexpr double never = -1e300; ///< target of a point that is not there
-
-/// Columns of two rows of 64 bytes of each lane.
-LANES_INLINE void gather(const BodyRows* bodies, const int* body, Real rows[16]) {
-    for (int l = 0; l < lane_count; ++l) {
-        rows[l] = load(bodies[body[l]].x);
-        rows[8 + l] = load(bodies[body[l]].x + 8);
-    }
-    transpose(rows);
-    transpose(rows + 8);
-}
 
 LANES_INLINE void gather_rows(double* const* from, int offset, Real rows[8]) {
     for (int l = 0; l < lane_count; ++l) {
@@ -28,10 +17,6 @@ LANES_INLINE void gather_rows(double* const* from, int offset, Real rows[8]) {
 
 LANES_INLINE Mask nowhere() {
     return real(0.0) < 0.0;
-}
-
-LANES_INLINE Real flag(const Mask& m) {
-    return select(m, real(1.0), real(0.0));
 }
 
 /// The frame of the blocks of a batch.
@@ -61,75 +46,6 @@ struct Twist {
     LANES_INLINE Real tangential1(const Real& y) const { return u.x - w.z * y; }
     LANES_INLINE Real tangential2(const Real& x) const { return u.y + w.z * x; }
 };
-
-/// A unit vector across n: from the world axis that is least along n.
-LANES_INLINE Real3 tangent_of(const Real3& n) {
-    const Real zero = real(0.0);
-    const Mask by_x = (abs(n.x) <= abs(n.y)) & (abs(n.x) <= abs(n.z));
-    const Mask by_y = abs(n.y) <= abs(n.z);
-    const Real3 t = select(by_x, Real3{zero, n.z, -n.y}, select(by_y, Real3{-n.z, zero, n.x}, Real3{n.y, -n.x, zero}));
-    return (1.0 / sqrt(dot(t, t))) * t;
-}
-
-/// Masses, centre, frame and points of the blocks.
-LANES_INLINE void place(const RestWork& work, BlockBatch& batch, RestBlock& block, BatchPoint* points, RestPoint* rest) {
-    const Real zero = real(0.0);
-    const Real one = real(1.0);
-    Real3 on_a[most_points];
-    Real gap[most_points];
-    Real3 n{zero, zero, one};
-    Real count = zero;
-    Real3 mean{zero, zero, zero};
-    for (int k = 0; k < batch.count; ++k) {
-        Real row[8];
-        for (int l = 0; l < lane_count; ++l) {
-            row[l] = load_anywhere(rest[k].at[l]);
-        }
-        transpose(row);
-        gap[k] = row[0];
-        on_a[k] = {row[4], row[5], row[6]};
-        n = k == 0 ? Real3{row[1], row[2], row[3]} : n;
-        const Real here = flag(lanes_of(rest[k].there));
-        count += here;
-        mean = mean + here * on_a[k];
-    }
-    mean = (1.0 / max(count, one)) * mean;
-    Real nearest_gap = gap[0];
-    Real3 nearest = on_a[0];
-    for (int k = 1; k < batch.count; ++k) {
-        const Mask nearer = lanes_of(rest[k].there) & (gap[k] < nearest_gap);
-        nearest_gap = select(nearer, gap[k], nearest_gap);
-        nearest = select(nearer, on_a[k], nearest);
-    }
-    Real a[16];
-    Real b[16];
-    gather(work.begin, batch.a, a);
-    gather(work.begin, batch.b, b);
-    const Real3 centre = mean + dot(n, nearest - mean) * n;
-    store3(batch.r_a, centre - Real3{a[0], a[1], a[2]});
-    store3(batch.r_b, centre - nearest_gap * n - Real3{b[0], b[1], b[2]});
-    const Real3 t1 = tangent_of(n);
-    const Real3 t2 = cross(n, t1);
-    store3(batch.frame, t1);
-    store3(batch.frame + 3, t2);
-    store3(batch.frame + 6, n);
-    const Mask empty = ~lanes_of(rest[0].there); // there nothing moves, and the equations have a solution
-    store(batch.inverse_mass_a, select(empty, one, a[3]));
-    store(batch.inverse_mass_b, select(empty, zero, b[3]));
-    for (int i = 0; i < 6; ++i) {
-        const bool diagonal = i == 0 || i == 3 || i == 5;
-        store(batch.inverse_inertia_a[i], select(empty, diagonal ? one : zero, a[4 + i]));
-        store(batch.inverse_inertia_b[i], select(empty, zero, b[4 + i]));
-    }
-    store(block.nearest_gap, nearest_gap);
-    for (int k = 0; k < batch.count; ++k) {
-        const Real here = flag(lanes_of(rest[k].there));
-        store(points[k].x, here * dot(t1, on_a[k] - mean));
-        store(points[k].y, here * dot(t2, on_a[k] - mean));
-        store(rest[k].gap, gap[k]);
-        store(rest[k].height, dot(n, on_a[k] - nearest));
-    }
-}
 
 /// Time [s] that the impulses of the interval stand for.
 LANES_INLINE Real impulse_interval(const Real& node_weight, double h) {
@@ -172,27 +88,26 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
     Real last = zero;
     Mask touches = nowhere();
     for (int k = 0; k < batch.count; ++k) {
-        const Mask here = lanes_of(rest[k].there);
+        const Mask here = lanes_of(points[k].there);
         Lanes value;
         for (int l = 0; l < lane_count; ++l) {
             value.x[l] = rest[k].memory[l][6];
         }
         last = max(last, select(here, load(value), zero));
-        touches |= here & (load(rest[k].gap) <= rules.tolerance);
+        touches |= here & (load(points[k].gap) <= rules.tolerance);
     }
     const Real node_weight = select(touches, last / (last + real(h)), one);
     store(batch.node_weight, node_weight);
     const Real interval = impulse_interval(node_weight, h);
     const Real fall = fall_of(rules, batch, f.n);
     const Twist twist(work.before, batch, f);
-    store3(batch.before, {twist.u.x, twist.u.y, twist.w.z});
     Mask sticks = nowhere();
     for (int k = 0; k < batch.count; ++k) {
         RestPoint& r = rest[k];
-        const Mask here = lanes_of(r.there);
+        const Mask here = lanes_of(points[k].there);
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
-        const Real gap = load(r.gap);
+        const Real gap = load(points[k].gap);
         const Memory memory(r.memory);
         const Mask ahead = gap > rules.tolerance;
         const Real u_n = twist.normal(x, y);
@@ -216,9 +131,6 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         store(points[k].p_n, started * memory.p_n);
         store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
         store(points[k].p_t[1], started * dot(memory.p_t, f.t2));
-        store(points[k].u_n_target, select(here, zero, real(never)));
-        store(points[k].u_t_target[0], zero);
-        store(points[k].u_t_target[1], zero);
         const Real slow1 = twist.tangential1(y);
         const Real slow2 = twist.tangential2(x);
         const Mask slow = slow1 * slow1 + slow2 * slow2 <= rules.velocity_tolerance * rules.velocity_tolerance;
@@ -254,7 +166,7 @@ LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const Bat
 /// A body's predicted motion since the interval began.
 struct Motion {
     Real row[16];
-    LANES_INLINE Motion(const BodyRows* end, const int* body) { gather(end, body, row); }
+    LANES_INLINE Motion(const BodyRows* end, const int* body) { gather_two(end->x, body, row); }
     LANES_INLINE Real3 turn(const Real3& v) const {
         return {row[0] * v.x + row[1] * v.y + row[2] * v.z, row[3] * v.x + row[4] * v.y + row[5] * v.z,
                 row[6] * v.x + row[7] * v.y + row[8] * v.z};
@@ -309,7 +221,7 @@ LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlo
     const Real3 by_x = a.turn(f.t1) - b.turn(f.t1);
     const Real3 by_y = a.turn(f.t2) - b.turn(f.t2);
     const Real3 middle = (a.position() - b.position()) + (a.turn(load3(batch.r_a)) - b.turn(load3(batch.r_b)));
-    const Real nearest_gap = load(block.nearest_gap);
+    const Real nearest_gap = load(batch.nearest_gap);
     const Real3 n_face = select(lanes_of(batch.face_of_a), n_a, n_b);
     Edges edges;
     if (block.edges != 0) {
@@ -318,17 +230,17 @@ LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlo
     Real worst = real(-infinity);
     for (int k = 0; k < batch.count; ++k) {
         const RestPoint& r = rest[k];
-        const Mask measured = lanes_of(r.there & block.plain & lanes);
+        const Mask measured = lanes_of(points[k].there & block.plain & lanes);
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
-        const Real height = load(r.height);
-        const Real3 d = middle + x * by_x + y * by_y + height * n_a - (height + nearest_gap - load(r.gap)) * n_b;
+        const Real height = load(points[k].height);
+        const Real3 d = middle + x * by_x + y * by_y + height * n_a - (height + nearest_gap - load(points[k].gap)) * n_b;
         Real3 n = n_face;
         Real gap = dot(n, d);
         Real3 across = d - gap * n;
         if (r.edges != 0) {
             const Mask at_edges = lanes_of(r.edges);
-            const Real3 between = d - load(r.gap) * edges.lean;
+            const Real3 between = d - load(points[k].gap) * edges.lean;
             const Mask wanders = edges.wander(block, between);
             n = select(wanders, f.n, edges.n);
             across = select(at_edges, d - dot(n, d) * n, across);
@@ -431,8 +343,8 @@ LANES_INLINE void remember(const RestWork& work, const BlockBatch& batch, const 
                          select(loaded & ~ahead, real(h), zero),
                          select(impact, load(r.approach_speed), zero)};
         Real second[8] = {slip.x, slip.y, slip.z, sliding.x, sliding.y, sliding.z, select(impact, taken, zero), flag(sticks)};
-        scatter_rows(r.memory, 0, r.there, first);
-        scatter_rows(r.memory, 8, r.there, second);
+        scatter_rows(r.memory, 0, points[k].there, first);
+        scatter_rows(r.memory, 8, points[k].there, second);
     }
 }
 
@@ -446,7 +358,6 @@ double KERNEL(const RestWork& work) {
         BatchPoint* points = work.points + batch.first;
         RestPoint* rest = work.rest + batch.first;
         if (work.phase == RestPhase::start) {
-            place(work, batch, block, points, rest);
             start(work, batch, points, rest);
         } else if (work.phase == RestPhase::apply) {
             apply(work, batch, points);

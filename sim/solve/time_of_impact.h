@@ -1,6 +1,6 @@
 #pragma once
 /// When contacts that do not touch yet will, within a step (impacts = "stop").
-#include "sim/block/contact_block.h"
+#include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"
 
 #include <optional>

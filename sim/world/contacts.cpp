@@ -327,6 +327,7 @@ int WorldState::repair() {
     int repaired = 0;
     std::vector<Contact> contacts;
     std::vector<PairContacts> added;
+    std::vector<int> changed; // pairs whose contacts go into the solve
     for (const auto& [candidate, slot] : candidates) {
         verified_penetration = std::max(verified_penetration, pair_penetration[slot]);
         if (pair_penetration[slot] <= settings.tolerance) {
@@ -347,7 +348,10 @@ int WorldState::repair() {
         }
         const std::size_t index = pair_index(candidate);
         if (index < pairs.size()) {
-            replace_contacts(index, contacts);
+            if (!contacts.empty()) {
+                replace_contacts(index, contacts);
+                changed.push_back(static_cast<int>(index));
+            }
             continue;
         }
         PairContacts fresh;
@@ -357,9 +361,10 @@ int WorldState::repair() {
         added.push_back(std::move(fresh));
     }
     for (PairContacts& pair : added) {
+        changed.push_back(static_cast<int>(pairs.size()));
         pairs.push_back(std::move(pair));
-        contact_solver.add_contacts(bodies, pairs, static_cast<int>(pairs.size()) - 1, at_node);
     }
+    contact_solver.add_contacts(bodies, pairs, changed, at_node);
     return repaired;
 }
 
@@ -401,20 +406,16 @@ void WorldState::put_back_replaced() {
     pairs.resize(sorted_pairs);
 }
 
-/// Takes the contacts of a pair out of the solve and puts others in their place.
+/// Takes the contacts of a pair out of the solve; others take their place.
 void WorldState::replace_contacts(std::size_t index, const std::vector<Contact>& contacts) {
-    if (contacts.empty()) {
-        return;
-    }
     PairContacts& pair = pairs[index];
     if (index < sorted_pairs && std::ranges::find(replaced, index, &decltype(replaced)::value_type::first) == replaced.end()) {
         replaced.emplace_back(index, pair);
     }
-    contact_solver.drop_contacts(bodies, pairs, static_cast<int>(index));
+    contact_solver.drop_contacts(bodies, static_cast<int>(index));
     keep_cores(pair);
     pair.manifold.contacts = contacts;
     match_memory(pair, reach_of({pair.manifold.body_a, pair.manifold.body_b}));
-    contact_solver.add_contacts(bodies, pairs, static_cast<int>(index), at_node);
 }
 
 } // namespace sim

@@ -1,6 +1,6 @@
 #pragma once
 /// Bodies, poses and numbers that the tests of sim/ share.
-#include "sim/block/contact_block.h"
+#include "sim/block/blocks.h"
 #include "sim/model/integrate.h"
 
 #include <cstdint>

@@ -104,7 +104,7 @@ TEST(contact_solver, dropped_contacts_give_their_impulses_back) {
     Stack stack(1);
     stack.solve();
     EXPECT_GT(stack.solver.velocity()[0].v.z(), 0.0);
-    stack.solver.drop_contacts(stack.bodies, stack.pairs, 0);
+    stack.solver.drop_contacts(stack.bodies, 0);
     EXPECT_NEAR(stack.solver.velocity()[0].v.z(), 0.0, 1e-15);
 }
 

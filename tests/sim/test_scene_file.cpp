@@ -331,8 +331,6 @@ TEST(scene_file, defaults_are_those_of_the_structs) {
     EXPECT_EQ(scene.step.iteration_limit, step.iteration_limit);
     EXPECT_EQ(scene.step.impacts, step.impacts);
     EXPECT_EQ(scene.step.warm_start, step.warm_start);
-    EXPECT_EQ(scene.step.shock_propagation, step.shock_propagation);
-    EXPECT_EQ(scene.step.shock_propagation_after, step.shock_propagation_after);
     const OutputDef output;
     EXPECT_EQ(scene.output.width, output.width);
     EXPECT_EQ(scene.output.height, output.height);

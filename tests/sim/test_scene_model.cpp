@@ -32,8 +32,6 @@ TEST(scene_model, each_part_has_its_reason) {
     EXPECT_EQ(reason_of(scene + "restitution = 0\n", "restitution"), "off");
     EXPECT_EQ(reason_of(scene + "restitution = 0.3\n", "restitution"), "0.3");
     EXPECT_EQ(reason_of(scene + "mu_s = 0.3\nmu_d = 0\n", "friction"), "static 0.3, dynamic 0");
-    EXPECT_EQ(reason_of("[simulation]\nshock_propagation = true\n" + scene, "shock propagation"),
-              "simulation.shock_propagation is true; after 10 sweeps");
     const std::string can = "[[body]]\nname = 'can'\nposition = [9, 0, 5]\nshape = { kind = 'compound', parts = [{ kind = "
                             "'cylinder', radius = 0.1, length = 0.3 }, { kind = 'sphere', radius = 0.1 }] }\n";
     EXPECT_EQ(reason_of(scene + can, "support points (libccd)"), "'can'");

@@ -24,7 +24,7 @@ TEST(scene_summary, tells_what_the_funnel_contains) {
               friction: 0.1
               contacts ahead of impacts: simulation.impacts is "ahead"
               warm start: simulation.warm_start is true
-  not used    joints, support points (libccd), compounds, gyroscopic term, stop at impacts, shock propagation
+  not used    joints, support points (libccd), compounds, gyroscopic term, stop at impacts
   cameras     'main' (3 keys), 'top' (fixed), 'orbit' (orbit in 24 s)
   set         output.fps=24000/1001
 )");
@@ -36,7 +36,6 @@ TEST(scene_summary, tells_what_the_parts_of_the_model_are) {
 time_step = "1/240"
 impacts = "stop"
 warm_start = false
-shock_propagation = true
 [output]
 record_every = 5
 camera = "b"
@@ -84,7 +83,6 @@ target = [0, 0, 0]
               friction: static 0.2 to 0.4, dynamic 0.1 to 0.3
               joints: 1 ball
               stop at impacts: simulation.impacts is "stop"
-              shock propagation: simulation.shock_propagation is true; after 10 sweeps
   not used    restitution, support points (libccd), compounds, gyroscopic term, contacts ahead of impacts, warm start
   cameras     'a' (orbit in 20 s), 'b' (follows a body, chosen)
 )");

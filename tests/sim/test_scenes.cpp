@@ -54,7 +54,6 @@ TEST(scenes, funnel_has_the_papers_settings) {
     const SceneDef scene = funnel();
     EXPECT_EQ(scene.step.time_step, (Rational{1, 1000}));
     EXPECT_EQ(scene.step.tolerance, 1e-4);
-    EXPECT_FALSE(scene.step.shock_propagation);
     EXPECT_EQ(scene.output.duration, (Rational{6, 1}));
     int cubes = 0;
     int statics = 0;

@@ -1,0 +1,535 @@
+#include "sim/block/blocks.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numeric>
+
+namespace sim {
+namespace {
+
+static_assert(offsetof(ContactGeometry, n) == sizeof(double) && offsetof(ContactGeometry, a) == 4 * sizeof(double) &&
+                  sizeof(ContactGeometry) >= 8 * sizeof(double),
+              "prepare_kernel.cpp reads gap, n and a");
+
+/// Normals that differ by less than this [-] belong to one block.
+constexpr double same_normal = 1e-9;
+
+/// Colours a body's blocks can have before the rest of them are visited one by one: bits of a number.
+constexpr int colour_limit = 64;
+
+/// Threads take shares of a colour's batches: in this many runs [-] of batches their sizes are alike.
+constexpr std::size_t equal_shares = 4;
+
+/// Compliance of Newton's equations [-] that is tried first, and at most: 1 is as soft as a visit of a block alone.
+constexpr double least_compliance = 1e-3;
+constexpr double largest_compliance = 1.0;
+/// By which it grows where a step made it worse [-].
+constexpr double compliance_factor = 10.0;
+
+double combined(double x, double y) {
+    if (x < 0.0 || y < 0.0) {
+        return std::max({x, y, 0.0});
+    }
+    return std::sqrt(x * y);
+}
+
+const Vec3& normal_of(const Contact& contact) {
+    return contact.at.n;
+}
+const Vec3& normal_of(const BlockContact& contact) {
+    return contact.contact->at.n;
+}
+
+/// Length of the block that begins with the first of these contacts.
+template <typename Any>
+std::size_t block_length(std::span<const Any> contacts) {
+    const Vec3& n = normal_of(contacts[0]);
+    std::size_t length = 1;
+    while (length < contacts.size() && length < block_size &&
+           (normal_of(contacts[length]) - n).squaredNorm() < same_normal * same_normal) {
+        ++length;
+    }
+    return length;
+}
+
+template <typename Any>
+std::size_t count_blocks(std::span<const Any> contacts) {
+    std::size_t count = 0;
+    for (; !contacts.empty(); ++count) {
+        contacts = contacts.subspan(block_length(contacts));
+    }
+    return count;
+}
+
+/// Points of a lane in a batch that holds blocks of `count` points.
+int padded_count(int count) {
+    return count <= 2 ? count : count <= 4 ? 4 : count <= 6 ? 6 : block_size;
+}
+
+/// The items in the order of their keys, small numbers; of equal ones in the order they have.
+template <typename Item, typename Key>
+std::vector<Item> sorted_by(const std::vector<Item>& items, Key&& key) {
+    std::vector<std::size_t> begin; // of each key's items
+    for (const Item& item : items) {
+        const auto k = static_cast<std::size_t>(key(item));
+        begin.resize(std::max(begin.size(), k + 2));
+        ++begin[k + 1];
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<Item> sorted(items.size());
+    for (const Item& item : items) {
+        sorted[begin[static_cast<std::size_t>(key(item))]++] = item;
+    }
+    return sorted;
+}
+
+} // namespace
+
+LaneFrame::LaneFrame(const BlockBatch& batch, std::size_t lane)
+    : a(batch.a[lane]), b(batch.b[lane]), r_a(vector_in_lane(batch.r_a, lane)), r_b(vector_in_lane(batch.r_b, lane)) {
+    for (int axis = 0; axis < 3; ++axis) {
+        frame.col(axis) = vector_in_lane(batch.frame + 3 * axis, lane);
+    }
+}
+
+Vec6 LaneFrame::relative_twist(std::span<const Velocity> velocity) const {
+    const Velocity& of_a = velocity[static_cast<std::size_t>(a)];
+    const Velocity& of_b = velocity[static_cast<std::size_t>(b)];
+    Vec6 twist;
+    twist.head<3>() = frame.transpose() * (of_a.at(r_a) - of_b.at(r_b));
+    twist.tail<3>() = frame.transpose() * (of_a.w - of_b.w);
+    return twist;
+}
+
+void LaneFrame::apply(const Vec6& wrench, const Bodies& bodies, std::span<Velocity> velocity) const {
+    const Vec3 p = frame * wrench.head<3>();
+    const Vec3 l = frame * wrench.tail<3>();
+    const auto ia = static_cast<std::size_t>(a);
+    const auto ib = static_cast<std::size_t>(b);
+    velocity[ia].v += bodies.props[ia].inverse_mass * p;
+    velocity[ia].w += bodies.inverse_inertia[ia] * (r_a.cross(p) + l);
+    velocity[ib].v -= bodies.props[ib].inverse_mass * p;
+    velocity[ib].w -= bodies.inverse_inertia[ib] * (r_b.cross(p) + l);
+}
+
+Vec6 LanePoint::wrench() const {
+    Vec6 wrench;
+    wrench << p_t, p_n, p_n * y, -p_n * x, x * p_t.y() - y * p_t.x();
+    return wrench;
+}
+
+PairMaterial pair_material(const BodyProps& a, const BodyProps& b) {
+    return {combined(a.restitution, b.restitution), combined(a.mu_s, b.mu_s), combined(a.mu_d, b.mu_d)};
+}
+
+std::size_t block_count(std::span<const Contact> contacts) {
+    return count_blocks(contacts);
+}
+std::size_t block_count(std::span<const BlockContact> contacts) {
+    return count_blocks(contacts);
+}
+
+void Blocks::clear() {
+    blocks.clear();
+    contacts.clear();
+    batches.clear();
+    points.clear();
+    colours_.clear();
+}
+
+void Blocks::split(std::size_t place, std::size_t first, std::size_t last, const Block& like) {
+    std::span<const BlockContact> left = std::span(contacts).subspan(first, last - first);
+    for (; !left.empty(); ++place) {
+        const std::size_t length = block_length(left);
+        blocks[place] = like;
+        blocks[place].first = static_cast<int>(last - left.size());
+        blocks[place].count = static_cast<int>(length);
+        left = left.subspan(length);
+    }
+}
+
+/// Rows and colours of the bodies of the blocks from `first_block` on.
+void Blocks::reset_bodies(const Bodies& bodies, std::size_t first_block) {
+    const std::size_t count = bodies.props.size();
+    used_.resize(count);
+    rows_.resize(count);
+    activity_.resize(count);
+    for (std::size_t i = first_block; i < blocks.size(); ++i) {
+        for (const int body : {blocks[i].a, blocks[i].b}) {
+            used_[static_cast<std::size_t>(body)] = ~std::uint64_t{0};
+        }
+    }
+    for (std::size_t i = first_block; i < blocks.size(); ++i) {
+        for (const int body : {blocks[i].a, blocks[i].b}) {
+            const auto k = static_cast<std::size_t>(body);
+            if (used_[k] == 0) {
+                continue;
+            }
+            used_[k] = 0;
+            const Vec3& x = bodies.pose[k].position;
+            const Mat3& j = bodies.inverse_inertia[k];
+            rows_[k] = {{x.x(), x.y(), x.z(), bodies.props[k].inverse_mass, j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2),
+                         j(2, 2)}};
+        }
+    }
+}
+
+/// Graph colouring: no two blocks of a colour move the same body; each takes the first colour free. Sorted by colour, then
+/// by size.
+std::vector<Blocks::Place> Blocks::coloured(const Bodies& bodies, std::size_t first_block) {
+    std::vector<Place> places;
+    places.reserve(blocks.size() - first_block);
+    int alone = colour_limit;
+    for (std::size_t i = first_block; i < blocks.size(); ++i) {
+        const auto a = static_cast<std::size_t>(blocks[i].a);
+        const auto b = static_cast<std::size_t>(blocks[i].b);
+        std::uint64_t none = 0;
+        std::uint64_t& used_a = bodies.props[a].is_static() ? none : used_[a];
+        std::uint64_t& used_b = bodies.props[b].is_static() ? none : used_[b];
+        int colour = std::countr_one(used_a | used_b);
+        if (colour < colour_limit) {
+            used_a |= std::uint64_t{1} << colour;
+            used_b |= std::uint64_t{1} << colour;
+        } else {
+            colour = alone++;
+        }
+        places.push_back({colour, padded_count(blocks[i].count), static_cast<int>(i)});
+    }
+    return sorted_by(places, [](const Place& p) { return 16 * p.colour + p.count; });
+}
+
+/// Fills batches with blocks of one colour and like size; those of a colour in an order that gives threads equal shares of
+/// large and small ones.
+void Blocks::make_batches(const std::vector<Place>& places) {
+    struct Run {
+        std::size_t first;
+        std::size_t lanes;
+    };
+    std::vector<Run> of_colour;
+    std::size_t point_count = points.size();
+    const auto add_batch = [&](const Run& run) {
+        BlockBatch& batch = batches.emplace_back();
+        batch.count = places[run.first].count;
+        batch.first = static_cast<int>(point_count);
+        point_count += static_cast<std::size_t>(batch.count);
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            batch.block[lane] = lane < run.lanes ? places[run.first + lane].block : -1;
+            if (lane < run.lanes) {
+                blocks[static_cast<std::size_t>(batch.block[lane])].lane =
+                    static_cast<int>(lane_count * (batches.size() - 1) + lane);
+            }
+        }
+    };
+    for (std::size_t first = 0; first < places.size();) {
+        of_colour.clear();
+        const int colour = places[first].colour;
+        while (first < places.size() && places[first].colour == colour) {
+            const std::size_t begin = first;
+            while (first < places.size() && first - begin < lane_count && places[first].colour == colour &&
+                   places[first].count == places[begin].count) {
+                ++first;
+            }
+            of_colour.push_back({begin, first - begin});
+        }
+        for (std::size_t share = 0; share < equal_shares; ++share) {
+            for (std::size_t i = share; i < of_colour.size(); i += equal_shares) {
+                add_batch(of_colour[i]);
+            }
+        }
+        colours_.push_back(batches.size());
+    }
+    points.resize(point_count);
+}
+
+void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {
+    islands_.clear();
+    reset_bodies(bodies, first_block);
+    const std::size_t first_batch = batches.size();
+    make_batches(coloured(bodies, first_block));
+    share(batches.size() - first_batch, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first_batch + first; i < first_batch + last; ++i) {
+            fill_batch(i, bodies, velocity);
+        }
+    });
+}
+
+/// Puts what does not change while it is iterated into batch i.
+void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity) {
+    static const ContactGeometry nowhere;
+    const double* at[block_size * lane_count];
+    BlockBatch& batch = batches[i];
+    const std::span<BatchPoint> own = points_of(batch);
+    for (BatchPoint& point : own) {
+        point.there = 0;
+    }
+    batch.moves_a = batch.moves_b = batch.flat = batch.face_of_a = 0;
+    batch.has_friction = false;
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        if (batch.block[lane] < 0) {
+            batch.a[lane] = batch.b[lane] = batch.a[0];
+            batch.mu.x[lane] = 0.0;
+            for (std::size_t k = 0; k < own.size(); ++k) {
+                at[lane_count * k + lane] = &nowhere.gap;
+            }
+            continue;
+        }
+        const Block& block = blocks[static_cast<std::size_t>(batch.block[lane])];
+        const std::span<const BlockContact> from = contacts_of(block);
+        const unsigned bit = 1u << lane;
+        batch.a[lane] = block.a;
+        batch.b[lane] = block.b;
+        batch.moves_a |= bodies.props[static_cast<std::size_t>(block.a)].is_static() ? 0u : bit;
+        batch.moves_b |= bodies.props[static_cast<std::size_t>(block.b)].is_static() ? 0u : bit;
+        batch.has_friction = batch.has_friction || block.has_friction();
+        batch.mu.x[lane] = block.mu_d;
+        const ContactFeature& feature = from[0].contact->feature;
+        const bool of_a = feature.kind == FeatureKind::face_a;
+        batch.face_of_a |= of_a ? bit : 0u;
+        batch.flat |= (of_a || feature.kind == FeatureKind::face_b) && !is_curved(feature) ? bit : 0u;
+        for (std::size_t k = 0; k < own.size(); ++k) {
+            const bool is_there = k < from.size();
+            at[lane_count * k + lane] = is_there ? &from[k].contact->at.gap : &nowhere.gap;
+            own[k].there |= is_there ? bit : 0u;
+        }
+    }
+    prepare_batches({.batches = &batch,
+                     .batch_count = 1,
+                     .points = points.data(),
+                     .at = at,
+                     .rows = rows_.data(),
+                     .velocity = velocity.front().v.data()});
+}
+
+void Blocks::drop(Block& block, const Bodies& bodies, std::span<Velocity> velocity) {
+    BlockBatch& batch = batch_of(block);
+    const std::size_t lane = lane_of(block);
+    const LaneFrame frame(batch, lane);
+    for (BatchPoint& point : points_of(batch)) {
+        frame.apply(-LanePoint(point, lane).wrench(), bodies, velocity);
+        point.p_n.x[lane] = point.p_t[0].x[lane] = point.p_t[1].x[lane] = 0.0;
+        point.u_n_target.x[lane] = no_point;
+        point.there &= ~(1u << lane);
+    }
+    batch.block[lane] = -1;
+    batch.moves_a &= ~(1u << lane);
+    batch.moves_b &= ~(1u << lane);
+    block.count = 0;
+}
+
+void Blocks::wake() {
+    for (BlockBatch& batch : batches) {
+        std::fill_n(batch.seen_a.x, lane_count, -1.0);
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            activity_[static_cast<std::size_t>(batch.a[lane])] = activity_[static_cast<std::size_t>(batch.b[lane])] = 0.0;
+        }
+    }
+    carried_.clear();
+    momentum_.begin();
+    sweeps_ = 0;
+    progress_ = std::numeric_limits<double>::infinity();
+    stalls_ = false;
+    for (Island& island : islands_) {
+        island.compliance = 0.0;
+        island.resists = false;
+    }
+}
+
+/// Islands in the order of their least bodies.
+void Blocks::find_islands() {
+    root_.resize(rows_.size());
+    for (const BlockBatch& batch : batches) {
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            root_[static_cast<std::size_t>(batch.a[lane])] = batch.a[lane];
+            root_[static_cast<std::size_t>(batch.b[lane])] = batch.b[lane];
+        }
+    }
+    const auto root_of = [&](int body) {
+        while (root_[static_cast<std::size_t>(body)] != body) {
+            body = root_[static_cast<std::size_t>(body)] = root_[static_cast<std::size_t>(root_[static_cast<std::size_t>(body)])];
+        }
+        return body;
+    };
+    const auto is_dynamic = [&](int body) { return rows_[static_cast<std::size_t>(body)].x[3] > 0.0; };
+    for (const Block& block : blocks) {
+        if (block.count > 0 && is_dynamic(block.a) && is_dynamic(block.b)) {
+            const int a = root_of(block.a);
+            const int b = root_of(block.b);
+            root_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+        }
+    }
+    std::vector<std::pair<int, int>> members; // root, block
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        if (blocks[i].count > 0) {
+            members.emplace_back(root_of(is_dynamic(blocks[i].a) ? blocks[i].a : blocks[i].b), static_cast<int>(i));
+        }
+    }
+    std::ranges::sort(members);
+    for (std::size_t i = 0; i < members.size(); ++i) {
+        if (i == 0 || members[i].first != members[i - 1].first) {
+            islands_.emplace_back();
+        }
+        Island& island = islands_.back();
+        island.blocks.push_back(members[i].second);
+        const Block& block = blocks[static_cast<std::size_t>(members[i].second)];
+        for (const int body : {block.a, block.b}) {
+            if (is_dynamic(body)) {
+                island.bodies.push_back(body);
+            }
+        }
+    }
+    for (Island& island : islands_) {
+        std::ranges::sort(island.bodies);
+        island.bodies.erase(std::unique(island.bodies.begin(), island.bodies.end()), island.bodies.end());
+        const auto is_between = [&](int i) {
+            const Block& block = blocks[static_cast<std::size_t>(i)];
+            return is_dynamic(block.a) && is_dynamic(block.b);
+        };
+        const auto between = static_cast<std::size_t>(std::ranges::count_if(island.blocks, is_between));
+        island.is_small = island.bodies.size() <= newton_bodies || between + 1 <= island.bodies.size() + newton_loops;
+    }
+}
+
+/// Largest change [m/s] by the last sweep in the blocks of an island that it did not settle.
+double Blocks::unsettled_change(const Island& island) const {
+    double change = 0.0;
+    for (const int i : island.blocks) {
+        const Block& block = blocks[static_cast<std::size_t>(i)];
+        const BlockBatch& batch = batches[static_cast<std::size_t>(block.lane) / lane_count];
+        const std::size_t lane = lane_of(block);
+        change = batch.seen_a.x[lane] < 0.0 ? std::max(change, batch.change.x[lane]) : change;
+    }
+    return change;
+}
+
+void Blocks::save(Island& island, std::span<const Velocity> velocity) const {
+    island.velocity.clear();
+    island.impulses.clear();
+    for (const int body : island.bodies) {
+        island.velocity.push_back(velocity[static_cast<std::size_t>(body)]);
+    }
+    for (const int i : island.blocks) {
+        const Block& block = blocks[static_cast<std::size_t>(i)];
+        for (const BatchPoint& point : points_of(batches[static_cast<std::size_t>(block.lane) / lane_count])) {
+            const LanePoint at(point, lane_of(block));
+            island.impulses.emplace_back(at.p_t.x(), at.p_t.y(), at.p_n);
+        }
+    }
+}
+
+void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        velocity[static_cast<std::size_t>(island.bodies[i])] = island.velocity[i];
+    }
+    auto impulse = island.impulses.begin();
+    for (const int i : island.blocks) {
+        const Block& block = blocks[static_cast<std::size_t>(i)];
+        for (BatchPoint& point : points_of(batch_of(block))) {
+            point.p_t[0].x[lane_of(block)] = impulse->x();
+            point.p_t[1].x[lane_of(block)] = impulse->y();
+            point.p_n.x[lane_of(block)] = impulse->z();
+            ++impulse;
+        }
+    }
+}
+
+/// Judges the last step by what the sweeps since then still changed, and takes it back if that is more than before: then
+/// softer equations are tried. Returns false if none are left to try.
+bool Blocks::next_compliance(Island& island, std::span<Velocity> velocity) {
+    const double change = unsettled_change(island);
+    if (island.compliance == 0.0) {
+        island.compliance = least_compliance;
+    } else if (change < island.change) {
+        island.compliance = std::max(island.compliance / compliance_factor, least_compliance);
+    } else {
+        restore(island, velocity);
+        island.compliance *= compliance_factor;
+        island.resists = island.compliance > largest_compliance;
+        return !island.resists;
+    }
+    island.change = change;
+    save(island, velocity);
+    return true;
+}
+
+/// A step of Newton's method for each island with blocks that the last sweep has not settled. Returns whether that serves
+/// all of them.
+bool Blocks::solve_stalled(std::span<Velocity> velocity) {
+    if (islands_.empty()) {
+        find_islands();
+    }
+    bool all = true;
+    for (Island& island : islands_) {
+        if (unsettled_change(island) == 0.0) {
+            continue;
+        }
+        if (!island.resists && island.is_small) {
+            if (next_compliance(island, velocity)) {
+                newton_.step(*this, island, rows_, velocity);
+            }
+            for (const int i : island.blocks) {
+                const Block& block = blocks[static_cast<std::size_t>(i)];
+                batch_of(block).seen_a.x[lane_of(block)] = -1.0;
+            }
+        }
+        all = all && !island.resists && island.is_small;
+    }
+    return all;
+}
+
+/// Repeats a share of what the last sweep did, or begins to watch what sweeps do.
+void Blocks::carry_on(std::span<Velocity> velocity) {
+    if (carried_.empty()) {
+        for (const BatchPoint& point : points) {
+            CarriedPoint& carried = carried_.emplace_back();
+            carried = {{point.p_t[0], point.p_t[1], point.p_n}, {point.p_t[0], point.p_t[1], point.p_n}};
+        }
+        momentum_.start(change_);
+        return;
+    }
+    const auto carry = [&](std::size_t first, std::size_t last, double* along, double momentum) {
+        carry_batches({.batches = batches.data() + first,
+                       .batch_count = last - first,
+                       .points = points.data(),
+                       .carried = carried_.data(),
+                       .along = along,
+                       .momentum = momentum,
+                       .velocity = velocity.front().v.data(),
+                       .activity = activity_.data()});
+    };
+    along_.resize(batches.size());
+    share(batches.size(), [&](std::size_t first, std::size_t last) { carry(first, last, along_.data() + first, 0.0); });
+    const double momentum = momentum_.next(std::accumulate(along_.begin(), along_.end(), 0.0), change_);
+    share_colours([&](std::size_t first, std::size_t last) { carry(first, last, nullptr, momentum); });
+}
+
+double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack, int projections) {
+    const bool is_due = sweeps_ > 0 && sweeps_ % newton_period == 0;
+    ++sweeps_;
+    const bool is_small = is_due && solve_stalled(velocity);
+    if (momentum_.carries() && !is_small) {
+        carry_on(velocity);
+    }
+    std::atomic<double> worst = 0.0;
+    share_colours([&](std::size_t first, std::size_t last) {
+        raise_to(worst, sweep_batches({.batches = batches.data() + first,
+                                       .batch_count = last - first,
+                                       .points = points.data(),
+                                       .velocity = velocity.front().v.data(),
+                                       .activity = activity_.data(),
+                                       .skip = skip,
+                                       .slack = slack,
+                                       .projections = projections}));
+    });
+    change_ = worst;
+    if (sweeps_ % stall_period == 0) {
+        stalls_ = change_ > 0.5 * progress_;
+        progress_ = change_;
+    }
+    return change_;
+}
+
+} // namespace sim

@@ -1,0 +1,251 @@
+#pragma once
+/// The contacts of one solve, in batches of eight blocks: the iteration that collisions and resting contacts share.
+/// What differs, the target velocities, is set by collision_solver and contact_solver.
+///
+/// A block is the contacts of one pair of surfaces with a common normal, solved together. Bender & Schmitt visit contact
+/// by contact. Four corners under a face are redundant there: the loop converges slowly to one of many answers, which
+/// depends on the order. The two bodies of a block move relative to each other with a twist (u, w) of six numbers, and its
+/// impulses act as a wrench (P, L) on it, so a block has at most six equations however many corners it has. Solved as such,
+/// the answer is unique: normal impulses are the smallest that do it (linear over the face), friction is shared in
+/// proportion to them, and symmetry is kept. The equations stand in solve.h.
+#include "sim/base/workers.h"
+#include "sim/block/batch.h"
+#include "sim/block/momentum.h"
+#include "sim/block/newton.h"
+#include "sim/collide/manifold.h"
+
+#include <Eigen/Core>
+
+#include <span>
+#include <vector>
+
+namespace sim {
+
+using Vec2 = Eigen::Vector2d;
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+
+/// State of all bodies at one instant, arrays of [body_count].
+struct Bodies {
+    std::vector<BodyProps> props;
+    std::vector<Pose> pose;
+    std::vector<Velocity> velocity;
+    std::vector<Mat3> inverse_inertia; ///< world frame, at `pose`
+};
+
+/// Restitution and friction coefficients of a pair [-].
+struct PairMaterial {
+    double restitution = 0.0;
+    double mu_s = 0.0;
+    double mu_d = 0.0;
+};
+/// A value unset on one body is the partner's; set on both: geometric mean; on none: zero.
+PairMaterial pair_material(const BodyProps& a, const BodyProps& b);
+
+/// A contact as it enters a solve.
+struct BlockContact {
+    const Contact* contact = nullptr; ///< stays where it is during the solve
+    int index = 0;                    ///< of it in its pair
+};
+
+/// Contacts of two bodies with one normal, solved together.
+struct Block {
+    int a = -1;
+    int b = -1;
+    int first = 0; ///< index of its first BlockContact
+    int count = 0; ///< [-] 1..block_size; 0: taken out of the solve
+    int pair = -1; ///< index of its pair
+    int lane = -1; ///< where it lies: lane_count * batch + lane
+    double mu_s = 0.0;
+    double mu_d = 0.0;
+
+    bool has_friction() const { return mu_s > 0.0; }
+};
+
+/// The frame of a block in a lane, for what is done block by block.
+struct LaneFrame {
+    int a = -1;
+    int b = -1;
+    Vec3 r_a = Vec3::Zero(); ///< block's centre on a from the centre of mass [m]
+    Vec3 r_b = Vec3::Zero();
+    Mat3 frame = Mat3::Identity(); ///< columns t_1, t_2, n
+
+    LaneFrame(const BlockBatch& batch, std::size_t lane);
+    /// Relative twist (u at the block's centre, w) in the block's frame [m/s], [rad/s].
+    Vec6 relative_twist(std::span<const Velocity> velocity) const;
+    /// Adds the wrench (P, L) [N s], [N m s], given in the block's frame, to both bodies.
+    void apply(const Vec6& wrench, const Bodies& bodies, std::span<Velocity> velocity) const;
+};
+
+/// One point of a block in a lane; see BatchPoint. Vectors of two are in the tangents of its block.
+struct LanePoint {
+    double x = 0.0; ///< [m]
+    double y = 0.0; ///< [m]
+    double p_n = 0.0;
+    Vec2 p_t = Vec2::Zero();
+
+    LanePoint(const BatchPoint& point, std::size_t lane)
+        : x(point.x.x[lane]), y(point.y.x[lane]), p_n(point.p_n.x[lane]),
+          p_t(point.p_t[0].x[lane], point.p_t[1].x[lane]) {}
+    double normal_velocity(const Vec6& twist) const { return twist[2] + twist[3] * y - twist[4] * x; }
+    Vec2 tangential_velocity(const Vec6& twist) const { return {twist[0] - twist[5] * y, twist[1] + twist[5] * x}; }
+    /// The wrench of its impulse sums, in the block's frame.
+    Vec6 wrench() const;
+};
+
+/// Loops over fewer blocks, pairs or bodies are not worth while to be shared among threads.
+inline constexpr std::size_t least_shared = 32;
+
+/// With fewer batches of a colour it is not worth while to share them among threads.
+inline constexpr std::size_t least_batches = 4;
+
+/// Sweeps of a solve [-] before any is extrapolated. With 10 the funnel's impacts take a few less, with 6 rows of fallen
+/// dominoes many more.
+inline constexpr int plain_sweeps = 14;
+
+/// Sweep of a solve [-] after which none is extrapolated: in a row of 200 fallen dominoes the extrapolation that has not
+/// led to the end by then goes in circles.
+inline constexpr int last_carried = 600;
+
+/// Sweeps [-] before a step of Newton's method, and between two: enough to find out who carries load.
+inline constexpr int newton_period = 4;
+
+/// Bodies [-] of an island, or loops of blocks in it, up to which a factorisation is cheaper than the sweeps that it saves:
+/// a tower's factors are as sparse as its matrix, those of a dense heap are not.
+inline constexpr std::size_t newton_bodies = 256;
+inline constexpr std::size_t newton_loops = 64;
+
+/// Sweeps [-] that do not halve the change stall; high towers without Newton's method need that many.
+inline constexpr int stall_period = 64;
+
+/// A solve that stalls is good enough where its changes are this share [-] of the gap tolerance over the step.
+inline constexpr double stall_share = 0.01;
+
+/// Projections of friction within one visit, at most [-]: more gain little, the loop over the blocks goes on anyway.
+inline constexpr int most_projections = 2;
+
+/// A tolerance of velocities up to here [m/s] is not loose.
+inline constexpr double tight_velocity_tolerance = 5e-5;
+
+/// Projections of friction in the visits of sweep `sweep`, counted from 0, of a solve to `tolerance` [m/s], after one that
+/// changed velocities by `last` [m/s]. The first sweeps to a loose tolerance bring what changed since the last step,
+/// roughly. With one projection beyond that some piles do not come to rest, some blocks of many points go in circles, and
+/// with a tight tolerance fallen dominoes take twice as long.
+inline int projections_in(int sweep, double last, double tolerance) {
+    constexpr int quick_sweeps = 8;
+    return sweep < quick_sweeps && last > tolerance && tolerance > tight_velocity_tolerance ? 1 : most_projections;
+}
+
+/// All blocks of one solve, and the batches in which they are solved.
+class Blocks {
+public:
+    std::vector<Block> blocks;
+    std::vector<BlockContact> contacts; ///< of the blocks
+    std::vector<BlockBatch> batches;
+    std::vector<BatchPoint> points; ///< of the batches
+    Workers* workers = nullptr;     ///< share what is done block by block; null: this thread does all
+
+    void clear();
+    bool empty() const { return blocks.empty(); }
+    std::span<const BlockContact> contacts_of(const Block& block) const {
+        return std::span(contacts).subspan(static_cast<std::size_t>(block.first), static_cast<std::size_t>(block.count));
+    }
+    BlockBatch& batch_of(const Block& block) { return batches[static_cast<std::size_t>(block.lane) / lane_count]; }
+    static std::size_t lane_of(const Block& block) { return static_cast<std::size_t>(block.lane) % lane_count; }
+    /// The points of a batch.
+    std::span<BatchPoint> points_of(const BlockBatch& batch) {
+        return std::span(points).subspan(static_cast<std::size_t>(batch.first), static_cast<std::size_t>(batch.count));
+    }
+    std::span<const BatchPoint> points_of(const BlockBatch& batch) const {
+        return std::span(points).subspan(static_cast<std::size_t>(batch.first), static_cast<std::size_t>(batch.count));
+    }
+
+    /// Writes the blocks of a pair whose contacts are contacts[first] to contacts[last - 1], from blocks[place] on, which
+    /// are there already. like: bodies, pair and friction.
+    void split(std::size_t place, std::size_t first, std::size_t last, const Block& like);
+
+    /// Makes batches of the blocks from `first_block` on and fills in what does not change while they are iterated;
+    /// impulses are zero, targets unset. velocity: before any impulse of this solve.
+    void arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity);
+
+    /// Takes a block out of the solve, with its impulses.
+    void drop(Block& block, const Bodies& bodies, std::span<Velocity> velocity);
+
+    /// Calls work(first, last) for ranges that cover 0..count once; for one if there are fewer than `least`.
+    template <typename Work>
+    void share(std::size_t count, Work&& work, std::size_t least = least_shared) const {
+        if (workers != nullptr) {
+            workers->run(count, work, least);
+        } else if (count > 0) {
+            work(std::size_t{0}, count);
+        }
+    }
+
+    /// Calls work(first, last) for ranges of batches from `first_batch` on, colour after colour.
+    template <typename Work>
+    void share_colours(Work&& work, std::size_t first_batch = 0) const {
+        std::size_t begin = 0;
+        for (const std::size_t end : colours_) {
+            if (begin >= first_batch) {
+                share(
+                    end - begin, [&](std::size_t first, std::size_t last) { work(begin + first, begin + last); },
+                    least_batches);
+            }
+            begin = end;
+        }
+    }
+
+    /// Before the first sweep of a solve: all blocks are to be solved again.
+    void wake();
+
+    /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch whose
+    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack, projections: see
+    /// BatchSweep. After some sweeps the impulses are extrapolated.
+    double sweep(std::span<Velocity> velocity, double skip, double slack, int projections);
+
+    /// Have the last sweeps brought nothing any more? Rigid bodies held by more contacts than they need may ask for what no
+    /// impulses give, and then sweeps go on for ever at some small change.
+    bool stalls() const { return stalls_; }
+
+private:
+    struct Place {
+        int colour;
+        int count;
+        int block;
+    };
+    void reset_bodies(const Bodies& bodies, std::size_t first_block);
+    std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
+    void make_batches(const std::vector<Place>& places);
+    void fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity);
+    void carry_on(std::span<Velocity> velocity);
+    void find_islands();
+    bool solve_stalled(std::span<Velocity> velocity);
+    double unsettled_change(const Island& island) const;
+    bool next_compliance(Island& island, std::span<Velocity> velocity);
+    void save(Island& island, std::span<const Velocity> velocity) const;
+    void restore(const Island& island, std::span<Velocity> velocity);
+
+    std::vector<std::size_t> colours_; ///< ends of the ranges of batches of which no two move the same body
+    std::vector<double> activity_; ///< [body_count] of those in blocks: sum of the velocity changes of their blocks [m/s]
+    std::vector<CarriedPoint> carried_; ///< [points]
+    std::vector<std::uint64_t> used_;   ///< [body_count] bit k: a block of colour k moves it
+    std::vector<BodyRows> rows_;        ///< [body_count]
+    std::vector<double> along_;         ///< [batches] see Momentum::next
+    double change_ = 0.0;               ///< [m/s] by the last sweep
+    int sweeps_ = 0;                    ///< since wake()
+    double progress_ = 0.0;             ///< [m/s] change_ of stall_period sweeps ago
+    bool stalls_ = false;
+    std::vector<Island> islands_;       ///< once asked for
+    std::vector<int> root_;             ///< [body_count] memory of find_islands()
+    IslandNewton newton_;
+    Momentum momentum_{plain_sweeps, last_carried};
+};
+
+inline Vec3 vector_in_lane(const Lanes* from, std::size_t lane) {
+    return {from[0].x[lane], from[1].x[lane], from[2].x[lane]};
+}
+
+/// Number of blocks that contacts make: a new one begins where the normal changes.
+std::size_t block_count(std::span<const Contact> contacts);
+std::size_t block_count(std::span<const BlockContact> contacts);
+
+} // namespace sim

@@ -1,0 +1,317 @@
+#include "sim/block/newton.h"
+
+#include "sim/block/blocks.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
+
+namespace sim {
+namespace {
+
+/// Solutions with one factorisation: each leaves about compliance n^2 of the error of a tower of n.
+constexpr int refinements = 4;
+
+/// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
+constexpr double line_share = 1e-7;
+
+/// Friction within this share [-] of mu p_n is at its limit: the block slides.
+constexpr double limit_share = 1e-6;
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+Mat3 inverse_inertia_of(const BodyRows& row) {
+    Mat3 j;
+    j << row.x[4], row.x[5], row.x[6], row.x[5], row.x[7], row.x[8], row.x[6], row.x[8], row.x[9];
+    return j;
+}
+
+/// Coefficients of a body's velocity (v, w) in a velocity that has `twist` coefficients of the block's twist.
+Vec6 of_body(const Vec6& twist, const Mat3& frame, const Vec3& r) {
+    const Vec3 along = frame * twist.head<3>();
+    Vec6 coefficients;
+    coefficients << along, r.cross(along) + frame * twist.tail<3>();
+    return coefficients;
+}
+
+} // namespace
+
+/// Velocities of the loaded points: their mean, and their slopes along the axes in which the points spread.
+void IslandNewton::add_normal_rows(const Blocks& loop, Active& active, const Vec6& twist) {
+    const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
+    const BlockBatch& batch = loop.batches[static_cast<std::size_t>(block.lane) / lane_count];
+    const std::size_t lane = Blocks::lane_of(block);
+    active.centre.setZero();
+    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+    double mean = 0.0;
+    for (const bool second : {false, true}) { // the centre first
+        for (const BatchPoint& in_lanes : loop.points_of(batch)) {
+            const LanePoint point(in_lanes, lane);
+            if (!(point.p_n > 0.0)) {
+                continue;
+            }
+            const Eigen::Vector2d arm(point.y, -point.x);
+            if (!second) {
+                active.count += 1.0;
+                active.centre += arm;
+                mean += in_lanes.u_n_target.x[lane] - point.normal_velocity(twist);
+                continue;
+            }
+            const Eigen::Vector2d rho = arm - active.centre;
+            spread += rho * rho.transpose();
+            slope += rho * (in_lanes.u_n_target.x[lane] - point.normal_velocity(twist));
+        }
+        if (!second) {
+            active.centre /= active.count;
+        }
+    }
+    Row row;
+    row.twist << 0.0, 0.0, 1.0, active.centre, 0.0;
+    row.missing = mean / active.count;
+    rows_.push_back(row);
+    active.normal_rows = 1;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
+    const double extent = active.count * active.centre.squaredNorm() + spread.trace();
+    for (int k = 1; k >= 0; --k) { // the longer first
+        if (axes.eigenvalues()[k] <= line_share * extent) {
+            break;
+        }
+        const int place = active.normal_rows - 1;
+        active.axes.col(place) = axes.eigenvectors().col(k);
+        active.moments[place] = axes.eigenvalues()[k];
+        row.twist << 0.0, 0.0, 0.0, active.axes.col(place), 0.0;
+        row.missing = active.axes.col(place).dot(slope) / active.moments[place];
+        rows_.push_back(row);
+        ++active.normal_rows;
+    }
+}
+
+/// Slip at the centre of the load, and turning about the normal; none if the block slides.
+void IslandNewton::add_friction_rows(const Blocks& loop, Active& active, const Vec6& twist) {
+    const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
+    const BlockBatch& batch = loop.batches[static_cast<std::size_t>(block.lane) / lane_count];
+    const std::size_t lane = Blocks::lane_of(block);
+    Eigen::Vector2d moment = Eigen::Vector2d::Zero();
+    for (const BatchPoint& in_lanes : loop.points_of(batch)) {
+        const LanePoint point(in_lanes, lane);
+        if (point.p_t.norm() >= (1.0 - limit_share) * batch.mu.x[lane] * point.p_n && point.p_n > 0.0) {
+            return;
+        }
+        active.load += point.p_n;
+        moment += point.p_n * Eigen::Vector2d(point.x, point.y);
+    }
+    active.pressure = moment / active.load;
+    Eigen::Vector2d slip = Eigen::Vector2d::Zero();
+    double turn = 0.0;
+    for (const BatchPoint& in_lanes : loop.points_of(batch)) {
+        const LanePoint point(in_lanes, lane);
+        const Eigen::Vector2d rho = Eigen::Vector2d(point.x, point.y) - active.pressure;
+        const Eigen::Vector2d missing =
+            Eigen::Vector2d(in_lanes.u_t_target[0].x[lane], in_lanes.u_t_target[1].x[lane]) - point.tangential_velocity(twist);
+        slip += point.p_n / active.load * missing;
+        active.turning += point.p_n * rho.squaredNorm();
+        turn += point.p_n * (rho.x() * missing.y() - rho.y() * missing.x());
+    }
+    Row row;
+    row.twist << 1.0, 0.0, 0.0, 0.0, 0.0, -active.pressure.y();
+    row.missing = slip.x();
+    rows_.push_back(row);
+    row.twist << 0.0, 1.0, 0.0, 0.0, 0.0, active.pressure.x();
+    row.missing = slip.y();
+    rows_.push_back(row);
+    active.friction_rows = 2;
+    if (active.turning > line_share * (active.load * active.pressure.squaredNorm() + active.turning)) {
+        row.twist << 0.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+        row.missing = turn / active.turning;
+        rows_.push_back(row);
+        active.friction_rows = 3;
+    }
+}
+
+void IslandNewton::add_block(const Blocks& loop, int index, double compliance, std::span<const Velocity> velocity) {
+    const Block& block = loop.blocks[static_cast<std::size_t>(index)];
+    const BlockBatch& batch = loop.batches[static_cast<std::size_t>(block.lane) / lane_count];
+    const std::size_t lane = Blocks::lane_of(block);
+    double load = 0.0;
+    for (const BatchPoint& point : loop.points_of(batch)) {
+        load += point.p_n.x[lane];
+    }
+    if (!(load > 0.0)) {
+        return;
+    }
+    const LaneFrame frame(batch, lane);
+    const Vec6 twist = frame.relative_twist(velocity);
+    Active active;
+    active.block = index;
+    active.first = rows_.size();
+    add_normal_rows(loop, active, twist);
+    if (block.has_friction()) {
+        add_friction_rows(loop, active, twist);
+    }
+    Matrix6 response;
+    for (int i = 0; i < 6; ++i) {
+        for (int j = 0; j <= i; ++j) {
+            response(i, j) = response(j, i) = batch.response[i * (i + 1) / 2 + j].x[lane];
+        }
+    }
+    for (std::size_t k = active.first; k < rows_.size(); ++k) {
+        Row& row = rows_[k];
+        row.compliance = compliance * row.twist.dot(response * row.twist);
+        row.of_a = of_body(row.twist, frame.frame, frame.r_a);
+        row.of_b = -of_body(row.twist, frame.frame, frame.r_b);
+    }
+    active_.push_back(active);
+}
+
+/// Mass matrix + sum of rows^T rows / compliance, factorised: the equations with the impulses eliminated.
+void IslandNewton::assemble(const Blocks& loop, std::span<const BodyRows> rows, const Island& island) {
+    const auto count = static_cast<Eigen::Index>(6 * island.bodies.size());
+    std::vector<Matrix6> diagonal(island.bodies.size(), Matrix6::Zero());
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        const BodyRows& row = rows[static_cast<std::size_t>(island.bodies[i])];
+        diagonal[i].topLeftCorner<3, 3>() = Mat3::Identity() / row.x[3];
+        diagonal[i].bottomRightCorner<3, 3>() = inverse_inertia_of(row).inverse();
+    }
+    entries_.clear();
+    const auto add_lower = [&](int i, int j, const Matrix6& m) { // i != j: blocks of bodies
+        for (int r = 0; r < 6; ++r) {
+            for (int c = 0; c < 6; ++c) {
+                entries_.emplace_back(6 * i + r, 6 * j + c, m(r, c));
+            }
+        }
+    };
+    for (std::size_t n = 0; n < active_.size(); ++n) {
+        const Block& block = loop.blocks[static_cast<std::size_t>(active_[n].block)];
+        const int a = place_[static_cast<std::size_t>(block.a)];
+        const int b = place_[static_cast<std::size_t>(block.b)];
+        Matrix6 between = Matrix6::Zero();
+        const auto rows_of = static_cast<std::size_t>(active_[n].normal_rows + active_[n].friction_rows);
+        for (std::size_t k = active_[n].first; k < active_[n].first + rows_of; ++k) {
+            const Row& row = rows_[k];
+            const double per = 1.0 / row.compliance;
+            if (a >= 0) {
+                diagonal[static_cast<std::size_t>(a)] += per * row.of_a * row.of_a.transpose();
+            }
+            if (b >= 0) {
+                diagonal[static_cast<std::size_t>(b)] += per * row.of_b * row.of_b.transpose();
+            }
+            between += per * row.of_a * row.of_b.transpose();
+        }
+        if (a >= 0 && b >= 0) {
+            a > b ? add_lower(a, b, between) : add_lower(b, a, between.transpose());
+        }
+    }
+    for (std::size_t i = 0; i < diagonal.size(); ++i) {
+        for (int r = 0; r < 6; ++r) {
+            for (int c = 0; c <= r; ++c) {
+                entries_.emplace_back(6 * static_cast<int>(i) + r, 6 * static_cast<int>(i) + c, diagonal[i](r, c));
+            }
+        }
+    }
+    matrix_.resize(count, count);
+    matrix_.setFromTriplets(entries_.begin(), entries_.end());
+    factors_.compute(matrix_);
+}
+
+/// One solution with the present factors, for what is still missing of the targets.
+void IslandNewton::refine(const Blocks& loop, const Island& island) {
+    Eigen::VectorXd load = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * island.bodies.size()));
+    const auto for_each = [&](auto&& work) {
+        for (const Active& active : active_) {
+            const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
+            const int a = place_[static_cast<std::size_t>(block.a)];
+            const int b = place_[static_cast<std::size_t>(block.b)];
+            const auto count = static_cast<std::size_t>(active.normal_rows + active.friction_rows);
+            for (std::size_t k = active.first; k < active.first + count; ++k) {
+                work(rows_[k], a, b);
+            }
+        }
+    };
+    for_each([&](const Row& row, int a, int b) {
+        if (a >= 0) {
+            load.segment<6>(6 * a) += row.missing / row.compliance * row.of_a;
+        }
+        if (b >= 0) {
+            load.segment<6>(6 * b) += row.missing / row.compliance * row.of_b;
+        }
+    });
+    change_ = factors_.solve(load);
+    for_each([&](Row& row, int a, int b) {
+        const double moved = (a >= 0 ? row.of_a.dot(change_.segment<6>(6 * a)) : 0.0) +
+                             (b >= 0 ? row.of_b.dot(change_.segment<6>(6 * b)) : 0.0);
+        row.impulse += (row.missing - moved) / row.compliance;
+        row.missing -= moved;
+    });
+}
+
+/// The impulses found go to the points: normal ones linear over the loaded points, friction in proportion to the load.
+void IslandNewton::give_back(Blocks& loop, const Active& active, std::span<const BodyRows> rows,
+                             std::span<Velocity> velocity) const {
+    const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
+    BlockBatch& batch = loop.batch_of(block);
+    const std::size_t lane = Blocks::lane_of(block);
+    const auto impulse = [&](int k) { return rows_[active.first + static_cast<std::size_t>(k)].impulse; };
+    const int friction = active.normal_rows;
+    Vec6 wrench = Vec6::Zero();
+    for (BatchPoint& point : loop.points_of(batch)) {
+        const LanePoint at(point, lane);
+        if (!(at.p_n > 0.0)) {
+            continue;
+        }
+        const Eigen::Vector2d rho = Eigen::Vector2d(at.y, -at.x) - active.centre;
+        double p_n = impulse(0) / active.count;
+        for (int k = 1; k < active.normal_rows; ++k) {
+            p_n += impulse(k) * active.axes.col(k - 1).dot(rho) / active.moments[k - 1];
+        }
+        Eigen::Vector2d p_t = Eigen::Vector2d::Zero();
+        if (active.friction_rows > 0) {
+            p_t = at.p_n / active.load * Eigen::Vector2d(impulse(friction), impulse(friction + 1));
+        }
+        if (active.friction_rows > 2) {
+            const Eigen::Vector2d arm = Eigen::Vector2d(at.x, at.y) - active.pressure;
+            p_t += at.p_n / active.turning * impulse(friction + 2) * Eigen::Vector2d(-arm.y(), arm.x());
+        }
+        p_n = std::max(p_n, -at.p_n); // never a pull: eq. 2, 3
+        point.p_n.x[lane] += p_n;
+        point.p_t[0].x[lane] += p_t.x();
+        point.p_t[1].x[lane] += p_t.y();
+        wrench += Vec6{{p_t.x(), p_t.y(), p_n, p_n * at.y, -p_n * at.x, at.x * p_t.y() - at.y * p_t.x()}};
+    }
+    const LaneFrame frame(batch, lane);
+    const Vec3 p = frame.frame * wrench.head<3>();
+    const Vec3 l = frame.frame * wrench.tail<3>();
+    const auto push = [&](int body, const Vec3& r, double sign) {
+        const auto i = static_cast<std::size_t>(body);
+        velocity[i].v += sign * rows[i].x[3] * p;
+        velocity[i].w += sign * (inverse_inertia_of(rows[i]) * (r.cross(p) + l));
+    };
+    push(block.a, frame.r_a, 1.0);
+    push(block.b, frame.r_b, -1.0);
+}
+
+void IslandNewton::step(Blocks& loop, const Island& island, std::span<const BodyRows> rows, std::span<Velocity> velocity) {
+    active_.clear();
+    rows_.clear();
+    place_.resize(rows.size(), -1);
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        place_[static_cast<std::size_t>(island.bodies[i])] = static_cast<int>(i);
+    }
+    for (const int block : island.blocks) {
+        add_block(loop, block, island.compliance, velocity);
+    }
+    assemble(loop, rows, island);
+    if (factors_.info() == Eigen::Success) {
+        for (int i = 0; i < refinements; ++i) {
+            refine(loop, island);
+        }
+        for (const Active& active : active_) {
+            give_back(loop, active, rows, velocity);
+        }
+    }
+    for (const int body : island.bodies) {
+        place_[static_cast<std::size_t>(body)] = -1;
+    }
+}
+
+} // namespace sim

@@ -1,0 +1,80 @@
+#pragma once
+/// Where sweeps stall: the equations of all loaded contacts of an island at once. Sweeps carry news from body to body, one
+/// block a visit, so a tower needs about as many as the square of its height. But after a few of them it is known which
+/// points carry load and which blocks stick: with that active set eq. 1 and eq. 5 are linear equations, which one sparse
+/// factorisation solves. The sweeps that follow find where the active set changes (semi-smooth Newton; Alart & Curnier
+/// 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods").
+#include "sim/model/body.h"
+#include "sim/block/batch.h"
+
+#include <Eigen/SparseCholesky>
+
+#include <span>
+#include <vector>
+
+namespace sim {
+
+class Blocks;
+
+/// Dynamic bodies that contacts connect, and the blocks between them.
+struct Island {
+    std::vector<int> bodies; ///< ascending
+    std::vector<int> blocks; ///< ascending
+
+    bool is_small = false;   ///< a factorisation is cheaper than the sweeps that it saves
+    double compliance = 0.0; ///< [-] see IslandNewton::step(); 0: none was tried
+    bool resists = false;    ///< no step helps: left to sweeps
+    double change = 0.0;     ///< [m/s] largest of a visit before the last step
+    std::vector<Velocity> velocity; ///< [bodies] then
+    std::vector<Vec3> impulses;     ///< then, of all points of its blocks: p_t, p_n [N s]
+};
+
+class IslandNewton {
+public:
+    /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction
+    /// is held. rows: bodies as the interval begins [body_count].
+    /// island.compliance: of an equation, as a share [-] of the response of its own block. Where blocks ask for more than
+    /// rigid bodies can do, a step throws loads by about the inverse of that share.
+    void step(Blocks& loop, const Island& island, std::span<const BodyRows> rows, std::span<Velocity> velocity);
+
+private:
+    /// An equation of a block: a velocity that is to reach its target.
+    struct Row {
+        Eigen::Matrix<double, 6, 1> twist; ///< its coefficients of the block's relative twist
+        Eigen::Matrix<double, 6, 1> of_a;  ///< and of the velocity of body a, b
+        Eigen::Matrix<double, 6, 1> of_b;
+        double compliance = 0.0;           ///< [1/kg], [1/(kg m^2)]
+        double missing = 0.0;              ///< [m/s], [rad/s]
+        double impulse = 0.0;              ///< found [N s], [N m s]
+    };
+    /// The equations of a block.
+    struct Active {
+        int block = -1;
+        std::size_t first = 0; ///< of its rows
+        int normal_rows = 0;
+        int friction_rows = 0; ///< 0: it slides, or has none
+        double count = 0.0;    ///< loaded points
+        Eigen::Vector2d centre;   ///< of the loaded points [m]
+        Eigen::Matrix2d axes;     ///< columns: along which they spread
+        Eigen::Vector2d moments;  ///< about these axes [m^2]
+        double load = 0.0;        ///< [N s]
+        Eigen::Vector2d pressure; ///< centre of the load [m]
+        double turning = 0.0;     ///< moment of the load about it [N s m^2]
+    };
+    void add_block(const Blocks& loop, int block, double compliance, std::span<const Velocity> velocity);
+    void add_normal_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
+    void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
+    void assemble(const Blocks& loop, std::span<const BodyRows> rows, const Island& island);
+    void refine(const Blocks& loop, const Island& island);
+    void give_back(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const;
+
+    std::vector<Active> active_;
+    std::vector<Row> rows_;
+    std::vector<int> place_; ///< [body_count] of a body of the island among its unknowns; else -1
+    std::vector<Eigen::Triplet<double>> entries_;
+    Eigen::SparseMatrix<double> matrix_;
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors_;
+    Eigen::VectorXd change_; ///< of the velocities
+};
+
+} // namespace sim

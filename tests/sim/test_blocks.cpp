@@ -1,0 +1,326 @@
+// One visit of a block, judged against the equations of its points as they stand in the paper; and how blocks share bodies.
+#include "sim/block/blocks.h"
+#include "sim/collide/narrow_phase.h"
+#include "tests/sim/sample_bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace sim;
+
+namespace {
+
+/// Rounding of one block's solve on velocities of about 1 m/s [m/s].
+constexpr double rounding = 1e-13;
+
+/// Two bodies, their contacts, and the blocks of these.
+struct Pair {
+    Bodies bodies;
+    std::vector<Contact> contacts;
+    Blocks loop;
+
+    void arrange(double margin, double mu) {
+        find_contacts(bodies.props[0].shape, bodies.pose[0], bodies.props[1].shape, bodies.pose[1], margin, contacts);
+        for (std::size_t i = 0; i < contacts.size(); ++i) {
+            loop.contacts.push_back({&contacts[i], static_cast<int>(i)});
+        }
+        Block like;
+        like.a = 0;
+        like.b = 1;
+        like.mu_s = like.mu_d = mu;
+        loop.blocks.resize(block_count(loop.contacts));
+        loop.split(0, 0, contacts.size(), like);
+        loop.arrange(bodies, 0, bodies.velocity);
+    }
+    /// One visit of all blocks; returns the largest change of a velocity [m/s].
+    double sweep() {
+        loop.wake();
+        return loop.sweep(bodies.velocity, -1.0, 0.0, most_projections);
+    }
+    LaneFrame frame(std::size_t block = 0) { return {loop.batch_of(loop.blocks[block]), Blocks::lane_of(loop.blocks[block])}; }
+    std::vector<LanePoint> points(std::size_t block = 0) {
+        const Block& of = loop.blocks[block];
+        std::vector<LanePoint> points;
+        for (const BatchPoint& point : loop.points_of(loop.batch_of(of)).first(static_cast<std::size_t>(of.count))) {
+            points.emplace_back(point, Blocks::lane_of(of));
+        }
+        return points;
+    }
+    void set_target(double u_n) {
+        for (std::size_t i = 0; i < loop.blocks.size(); ++i) {
+            const Block& of = loop.blocks[i];
+            for (BatchPoint& point : loop.points_of(loop.batch_of(of)).first(static_cast<std::size_t>(of.count))) {
+                point.u_n_target.x[Blocks::lane_of(of)] = u_n;
+            }
+        }
+    }
+    double load() {
+        double sum = 0.0;
+        for (const LanePoint& point : points()) {
+            sum += point.p_n;
+        }
+        return sum;
+    }
+};
+
+/// A cube of side 1 m and mass 1000 kg on a plane.
+struct CubeOnPlane : Pair {
+    explicit CubeOnPlane(const Velocity& velocity, double mu = 0.0) {
+        add_body(bodies, make_props(Box{}, 1000.0), {Vec3(0.3, -0.2, 0.5), Quat::Identity()}, velocity);
+        add_body(bodies, make_props(Plane{}, 0.0), Pose{});
+        arrange(0.1, mu);
+    }
+};
+
+/// K_xy of a body (sec. 3.1) [1/kg].
+Mat3 response(double inverse_mass, const Mat3& inverse_inertia, const Vec3& r_x, const Vec3& r_y) {
+    return inverse_mass * Mat3::Identity() - cross_matrix(r_x) * inverse_inertia * cross_matrix(r_y);
+}
+
+/// A point-by-point solve of frictionless targets with eq. 1-3 as they stand, to convergence.
+std::vector<Velocity> iterate_points(const Pair& pair, const LaneFrame& block, const std::vector<LanePoint>& points,
+                                     double u_n_target) {
+    const Bodies& bodies = pair.bodies;
+    std::vector<Velocity> velocity = bodies.velocity;
+    std::vector<double> sum(points.size(), 0.0);
+    const Vec3 n = block.frame.col(2);
+    double change = 1.0;
+    for (int round = 0; round < 200000 && change > 1e-15; ++round) {
+        change = 0.0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const Vec3 arm = block.frame.col(0) * points[i].x + block.frame.col(1) * points[i].y;
+            const Vec3 r[2] = {block.r_a + arm, block.r_b + arm};
+            Mat3 k = Mat3::Zero();
+            for (const std::size_t body : {0, 1}) {
+                k += response(bodies.props[body].inverse_mass, bodies.inverse_inertia[body], r[body], r[body]);
+            }
+            const double u_n = n.dot(velocity[0].at(r[0]) - velocity[1].at(r[1]));
+            const double next = std::max(sum[i] + (u_n_target - u_n) / n.dot(k * n), 0.0); // eq. 1, then 2 and 3
+            const Vec3 p = (next - sum[i]) * n;
+            change = std::max(change, std::abs(next - sum[i]) * bodies.props[0].inverse_mass);
+            sum[i] = next;
+            for (const std::size_t body : {0, 1}) {
+                const double sign = body == 0 ? 1.0 : -1.0;
+                velocity[body].v += sign * bodies.props[body].inverse_mass * p;
+                velocity[body].w += sign * bodies.inverse_inertia[body] * r[body].cross(p);
+            }
+        }
+    }
+    return velocity;
+}
+
+} // namespace
+
+TEST(blocks, flat_cube_stops_in_one_visit_with_equal_corner_impulses) {
+    CubeOnPlane cube({Vec3(0, 0, -1), Vec3::Zero()});
+    ASSERT_EQ(cube.loop.blocks.size(), 1u);
+    ASSERT_EQ(cube.loop.blocks[0].count, 4);
+    EXPECT_NEAR(cube.sweep(), 1.0, rounding);
+    EXPECT_LE(cube.bodies.velocity[0].v.norm(), rounding);
+    EXPECT_LE(cube.bodies.velocity[0].w.norm(), rounding);
+    for (const LanePoint& point : cube.points()) {
+        EXPECT_NEAR(point.p_n, 250.0, 1000.0 * rounding); // m u / 4
+    }
+    EXPECT_EQ(cube.bodies.velocity[1].v, Vec3::Zero());
+    EXPECT_LE(cube.sweep(), rounding);
+}
+
+TEST(blocks, contacts_push_and_never_pull) {
+    CubeOnPlane leaving({Vec3(0, 0, 1), Vec3::Zero()});
+    EXPECT_EQ(leaving.sweep(), 0.0);
+    EXPECT_EQ(leaving.bodies.velocity[0].v, Vec3(0, 0, 1));
+
+    // Rocking about y: two corners approach, two leave, and stay free.
+    CubeOnPlane rocking({Vec3::Zero(), Vec3(0, 1, 0)});
+    rocking.sweep();
+    const Vec6 twist = rocking.frame().relative_twist(rocking.bodies.velocity);
+    int loaded = 0;
+    for (const LanePoint& point : rocking.points()) {
+        EXPECT_GE(point.p_n, 0.0);
+        EXPECT_GE(point.normal_velocity(twist), -rounding);
+        EXPECT_LE(point.p_n * std::abs(point.normal_velocity(twist)), 1000.0 * rounding);
+        loaded += point.p_n > 0.0;
+    }
+    EXPECT_EQ(loaded, 2);
+}
+
+TEST(blocks, impulses_given_too_much_come_down_again) {
+    CubeOnPlane cube({Vec3(0, 0, -1), Vec3::Zero()});
+    cube.sweep();
+    cube.set_target(-0.5);
+    cube.sweep();
+    EXPECT_NEAR(cube.bodies.velocity[0].v.z(), -0.5, rounding);
+    EXPECT_NEAR(cube.load(), 500.0, 1000.0 * rounding);
+}
+
+/// The block's closed form against the loop over its points: the velocities are unique, so they agree. Boxes face to face,
+/// on an edge and on a corner; several visits, since a block has one normal each.
+TEST(blocks, a_visit_equals_iterating_its_points) {
+    Numbers numbers(1);
+    int compared = 0;
+    for (int i = 0; i < 200; ++i) {
+        Pair pair;
+        const double tilt = i % 2 == 0 ? 0.0 : 0.3;
+        const double spin = numbers.between(-1.0, 1.0);
+        const Quat turn =
+            Quat(1.0, tilt * numbers.between(-1.0, 1.0), tilt * numbers.between(-1.0, 1.0), spin).normalized();
+        add_body(pair.bodies, make_props(Box{}, 700.0), {Vec3(0, 0.2, 0.9), turn},
+                 {numbers.vector(1.0) - Vec3(0, 0, 1), numbers.vector(2.0)});
+        add_body(pair.bodies, make_props(Box{Vec3(0.6, 0.7, 0.5)}, 1000.0), Pose{});
+        pair.arrange(0.3, 0.0);
+        if (pair.loop.blocks.size() != 1) {
+            continue;
+        }
+        pair.set_target(0.3); // one target for the face: a rigid motion reaches it
+        const std::vector<Velocity> expected = iterate_points(pair, pair.frame(), pair.points(), 0.3);
+        pair.sweep();
+        for (const std::size_t body : {0, 1}) {
+            EXPECT_LE((pair.bodies.velocity[body].v - expected[body].v).norm(), 1e-10) << i; // the loop's end
+            EXPECT_LE((pair.bodies.velocity[body].w - expected[body].w).norm(), 1e-10) << i;
+        }
+        ++compared;
+    }
+    EXPECT_GT(compared, 100);
+}
+
+TEST(blocks, friction_stops_a_small_slip) {
+    CubeOnPlane cube({Vec3(0.3, -0.2, -1), Vec3::Zero()}, 0.5);
+    for (int i = 0; i < 200; ++i) {
+        cube.sweep();
+    }
+    const Vec6 twist = cube.frame().relative_twist(cube.bodies.velocity);
+    for (const LanePoint& point : cube.points()) {
+        EXPECT_LE(point.tangential_velocity(twist).norm(), 1e-10);
+        EXPECT_LE(point.p_t.norm(), 0.5 * point.p_n * (1.0 + rounding)); // eq. 6
+    }
+}
+
+TEST(blocks, sliding_friction_lies_on_the_cone_against_the_slip) {
+    CubeOnPlane cube({Vec3(30, -40, -1), Vec3::Zero()}, 0.5);
+    for (int i = 0; i < 2000; ++i) {
+        cube.sweep();
+    }
+    const Vec6 twist = cube.frame().relative_twist(cube.bodies.velocity);
+    for (const LanePoint& point : cube.points()) {
+        const Vec2 u_t = point.tangential_velocity(twist);
+        EXPECT_GT(u_t.norm(), 10.0);
+        EXPECT_NEAR(point.p_t.norm(), 0.5 * point.p_n, 1e-10 * cube.load()); // eq. 4
+        EXPECT_NEAR(point.p_t.dot(u_t), -point.p_t.norm() * u_t.norm(), 1e-9 * cube.load() * u_t.norm());
+    }
+}
+
+TEST(blocks, without_friction_the_slip_is_kept) {
+    CubeOnPlane cube({Vec3(0.3, -0.2, -1), Vec3::Zero()});
+    cube.sweep();
+    EXPECT_LE((cube.bodies.velocity[0].v - Vec3(0.3, -0.2, 0)).norm(), rounding);
+}
+
+TEST(blocks, impulses_are_equal_and_opposite_and_a_dropped_block_gives_them_back) {
+    Pair pair;
+    add_body(pair.bodies, make_props(Box{}, 1000.0), {Vec3(0.2, 0.1, 1), Quat::Identity()},
+             {Vec3(0.1, 0, -1), Vec3(0.1, 0.2, 0)});
+    add_body(pair.bodies, make_props(Box{}, 500.0), Pose{});
+    const std::vector<Velocity> before = pair.bodies.velocity;
+    pair.arrange(0.1, 0.3);
+    for (int i = 0; i < 100; ++i) {
+        pair.sweep();
+    }
+    const std::vector<Velocity>& velocity = pair.bodies.velocity;
+    EXPECT_LE((1000.0 * velocity[0].v + 500.0 * velocity[1].v - 1000.0 * before[0].v).norm(), 1000.0 * rounding);
+    EXPECT_GT(velocity[1].v.norm(), 0.1);
+    pair.loop.drop(pair.loop.blocks[0], pair.bodies, pair.bodies.velocity);
+    for (const std::size_t body : {0, 1}) {
+        EXPECT_LE((velocity[body].v - before[body].v).norm(), 10.0 * rounding);
+        EXPECT_LE((velocity[body].w - before[body].w).norm(), 100.0 * rounding);
+    }
+    EXPECT_EQ(pair.sweep(), 0.0); // nothing is left to solve
+}
+
+TEST(blocks, a_new_block_begins_where_the_normal_changes) {
+    std::vector<Contact> contacts(3);
+    contacts[2].at.n = Vec3::UnitX();
+    EXPECT_EQ(block_count(contacts), 2u);
+    Pair pair;
+    add_body(pair.bodies, make_props(Sphere{0.5}, 1000.0), Pose{});
+    add_body(pair.bodies, make_props(Plane{}, 0.0), Pose{});
+    for (int i = 0; i < 3; ++i) {
+        pair.loop.contacts.push_back({&contacts[static_cast<std::size_t>(i)], i});
+    }
+    Block like;
+    like.a = 0;
+    like.b = 1;
+    pair.loop.blocks.resize(2);
+    pair.loop.split(0, 0, 3, like);
+    pair.loop.arrange(pair.bodies, 0, pair.bodies.velocity);
+    EXPECT_EQ(pair.loop.blocks[0].count, 2);
+    EXPECT_EQ(pair.loop.blocks[1].first, 2);
+    EXPECT_LE((pair.frame(1).frame.col(2) - Vec3::UnitX()).norm(), rounding);
+    EXPECT_NEAR(pair.frame(0).frame.determinant(), 1.0, rounding);
+}
+
+TEST(blocks, sweep_passes_over_what_has_settled_until_loaded_again) {
+    CubeOnPlane cube({Vec3(0, 0, -1), Vec3::Zero()});
+    const auto sweep = [&] { return cube.loop.sweep(cube.bodies.velocity, 1e-9, 0.0, most_projections); };
+    cube.loop.wake();
+    EXPECT_NEAR(sweep(), 1.0, rounding);
+    EXPECT_LE(sweep(), rounding);
+    cube.bodies.velocity[0].v.z() = -1.0; // from outside, unseen
+    EXPECT_EQ(sweep(), 0.0);
+    cube.loop.wake();
+    EXPECT_NEAR(sweep(), 1.0, rounding);
+}
+
+TEST(blocks, no_two_lanes_of_a_batch_move_the_same_body) {
+    Bodies bodies;
+    Blocks loop;
+    add_body(bodies, make_props(Sphere{}, 0.0), Pose{});
+    const Contact contact;
+    const auto add = [&](int a, int b) {
+        Block& block = loop.blocks.emplace_back();
+        block.a = a;
+        block.b = b;
+        block.first = static_cast<int>(loop.contacts.size());
+        block.count = 1;
+        loop.contacts.push_back({&contact, 0});
+    };
+    for (int i = 1; i < 120; ++i) {
+        add_body(bodies, make_props(Sphere{}, 1.0), Pose{});
+        add(0, i); // all on the same static body
+        if (i > 1) {
+            add(1, i); // and on one that moves: more than there are colours
+        }
+    }
+    loop.arrange(bodies, 0, bodies.velocity);
+    std::vector<int> seen(loop.blocks.size(), 0);
+    for (const BlockBatch& batch : loop.batches) {
+        std::vector<int> moved;
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            if (batch.block[lane] < 0) {
+                continue;
+            }
+            ++seen[static_cast<std::size_t>(batch.block[lane])];
+            for (const int body : {batch.a[lane], batch.b[lane]}) {
+                if (body != 0) {
+                    EXPECT_EQ(std::ranges::count(moved, body), 0);
+                    moved.push_back(body);
+                }
+            }
+        }
+    }
+    EXPECT_EQ(std::ranges::count(seen, 1), static_cast<std::ptrdiff_t>(seen.size()));
+}
+
+TEST(blocks, material_of_a_pair_is_the_geometric_mean_or_the_partners) {
+    BodyProps a;
+    BodyProps b;
+    a.mu_s = 0.4;
+    b.mu_s = 0.9;
+    a.restitution = 0.5;
+    const PairMaterial material = pair_material(a, b);
+    EXPECT_NEAR(material.mu_s, 0.6, rounding);
+    EXPECT_EQ(material.restitution, 0.5); // only a has one
+    EXPECT_EQ(material.mu_d, 0.0);        // none has
+    EXPECT_EQ(pair_material(b, a).restitution, 0.5);
+}
