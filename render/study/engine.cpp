@@ -1,5 +1,7 @@
 #include "render/study/engine.h"
 
+#include "sim/scene/model.h"
+
 #include "render/study/preset.h"
 #include "sim/world/world.h"
 
@@ -54,7 +56,7 @@ Knob presets(const sim::SceneDef& scene) {
 std::vector<Knob> our_knobs(const sim::SceneDef& scene) {
     const sim::StepSettings& step = scene.step;
     const auto toggled = [](const char* key, bool value) { return fmt::format("simulation.{}={}", key, !value); };
-    const bool stops = step.impacts == sim::ImpactHandling::stop;
+    const bool stops = sim::impact_handling(scene) == sim::ImpactHandling::stop;
     return {
         presets(scene),
         {"time step", time_steps(scene, all_factors), true},

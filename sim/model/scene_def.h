@@ -14,8 +14,9 @@ namespace sim {
 
 /// How impacts inside a step are handled.
 enum class ImpactHandling {
-    ahead,   ///< contacts are placed before the impact and held by their predicted gap; cheap with many bodies
-    stop,    ///< the step is divided at the time of impact; exact, one solve an impact
+    automatic, ///< see impact_handling()
+    ahead,     ///< speculative contacts: placed before the impact, held by their predicted gap; cheap with many bodies
+    stop,      ///< the step is divided at the time of impact; exact, one solve an impact
 };
 
 /// How the solver works. Every tolerance of the simulation lives here.
@@ -28,7 +29,7 @@ struct StepSettings {
     double resting_distance = 1e-4;            ///< eps_c [m]: an approach slower than sqrt(2 g eps_c) rests
     double resting_speed_floor = 1e-6;         ///< [m/s] least value of that threshold (zero gravity)
     int iteration_limit = 2000;                ///< sweeps of one solve
-    ImpactHandling impacts = ImpactHandling::ahead;
+    ImpactHandling impacts = ImpactHandling::automatic;
     bool warm_start = true;                    ///< start from the impulses of the last step
 };
 

@@ -1,4 +1,5 @@
 #include "sim/record/summary.h"
+#include "sim/scene/model.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -32,7 +33,7 @@ Json settings_json(const SceneDef& scene, int threads) {
             {"resting_distance_m", step.resting_distance},
             {"resting_speed_floor_m_s", step.resting_speed_floor},
             {"iteration_limit", step.iteration_limit},
-            {"impacts", step.impacts == ImpactHandling::stop ? "stop" : "ahead"},
+            {"impacts", impact_handling(scene) == ImpactHandling::stop ? "stop" : "ahead"},
             {"warm_start", step.warm_start},
             {"threads", threads},
             {"width_px", output.width},

@@ -178,11 +178,11 @@ SectionSpec simulation_section() {
             {"resting_speed_floor", number, "m/s", "1e-6", "least value of that speed, for zero gravity",
              positive, ""},
             {"iteration_limit", integer, "sweeps", "2000", "of one solve", {1, 1e9}, ""},
-            {"impacts", choice, "", "\"ahead\"",
-             "`ahead`: contacts are placed before an impact, cheap with many bodies; `stop`: the step is "
-             "divided at "
-             "the time of impact",
-             any, "ahead stop"},
+            {"impacts", choice, "", "\"auto\"",
+             "`ahead`: contacts are placed before an impact, cheap with many bodies; `stop`: the step is divided at the "
+             "time of impact, which keeps the energy of elastic ones; `auto`: `stop` where a body has a restitution of 0.9 "
+             "or more",
+             any, "auto ahead stop"},
             {"warm_start", boolean, "", "true", "start from the impulses of the last step", any, ""},
         }};
 }

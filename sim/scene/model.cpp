@@ -75,7 +75,18 @@ std::string joints_of(const SceneDef& scene) {
     return text + (hinges > 0 ? fmt::format("{}{} hinge", balls > 0 ? ", " : "", hinges) : "");
 }
 
+bool is_elastic(const BodyDef& body) {
+    return body.material.restitution.value_or(0.0) >= elastic_restitution;
+}
+
 } // namespace
+
+ImpactHandling impact_handling(const SceneDef& scene) {
+    if (scene.step.impacts != ImpactHandling::automatic) {
+        return scene.step.impacts;
+    }
+    return std::ranges::any_of(scene.bodies, is_elastic) ? ImpactHandling::stop : ImpactHandling::ahead;
+}
 
 std::vector<ModelPart> model_parts(const SceneDef& scene) {
     const StepSettings& step = scene.step;
@@ -92,9 +103,14 @@ std::vector<ModelPart> model_parts(const SceneDef& scene) {
     add("support points (libccd)", may_touch ? bodies_where(scene, is_convex_part) : "");
     add("compounds", bodies_where(scene, [](const BodyDef& b) { return std::holds_alternative<Compound>(b.shape); }));
     add("gyroscopic term", bodies_where(scene, has_unequal_moments));
-    add("contacts ahead of impacts",
-        may_touch && step.impacts == ImpactHandling::ahead ? "simulation.impacts is \"ahead\"" : "");
-    add("stop at impacts", may_touch && step.impacts == ImpactHandling::stop ? "simulation.impacts is \"stop\"" : "");
+    const bool stops = impact_handling(scene) == ImpactHandling::stop;
+    const std::string elastic = bodies_where(scene, is_elastic);
+    const std::string why = step.impacts == ImpactHandling::automatic
+                                ? fmt::format("elastic bodies (restitution {:g} or more): {}", elastic_restitution,
+                                              elastic.empty() ? "none" : elastic)
+                                : fmt::format("simulation.impacts is \"{}\"", stops ? "stop" : "ahead");
+    add("contacts ahead of impacts", may_touch && !stops ? why : "");
+    add("stop at impacts", may_touch && stops ? why : "");
     add("warm start", may_touch && step.warm_start ? "simulation.warm_start is true" : "");
     return parts;
 }

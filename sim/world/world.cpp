@@ -3,6 +3,7 @@
 #include "sim/base/error.h"
 #include "sim/model/integrate.h"
 #include "sim/scene/bounds.h"
+#include "sim/scene/model.h"
 #include "sim/world/contact_view.h"
 #include "sim/world/state.h"
 
@@ -86,6 +87,7 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     for (std::size_t i = 0; i < reported_count; ++i) {
         is_box.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
     }
+    settings.impacts = impact_handling(scene);
     contact_solver.set_workers(&workers);
     collision_solver.set_workers(&workers);
     StepReport report;
@@ -95,7 +97,8 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     settings.velocity_tolerance = std::min(settings.velocity_tolerance, first_tolerance);
     settings.iteration_limit = std::max(settings.iteration_limit, first_limit);
     plan(report);
-    settings = scene.step;
+    settings.velocity_tolerance = scene.step.velocity_tolerance;
+    settings.iteration_limit = scene.step.iteration_limit;
     begun_at_limit = report.at_iteration_limit;
 }
 

@@ -2,6 +2,7 @@
 #include "sim/scene/file.h"
 #include "tests/laws/law_scene.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -53,13 +54,22 @@ TEST(law_dominoes, wave_reaches_the_end_of_a_short_row) {
     EXPECT_LT(wave.last_half, 2.0);
 }
 
+void judge_wave(int count, double largest_change) {
+    const Wave wave = run_wave(count);
+    const std::string name = fmt::format("{} dominoes", count);
+    record({name, "speed of the wave, last half [m/s]", 5e-4, wave.last_half});
+    record({name, "change of it from the first half, relative", 5e-4, std::abs(wave.last_half / wave.first_half - 1.0)});
+    EXPECT_EQ(wave.fallen, count);
+    EXPECT_NEAR(wave.last_half, wave.first_half, largest_change * wave.first_half);
+}
+
+/// The first dominoes after the ball are faster: they weigh more in a short row.
+TEST(law_dominoes, wave_of_a_short_row_settles) {
+    judge_wave(50, 0.2);
+}
+
 TEST(law_dominoes, DISABLED_wave_runs_at_one_speed) {
-    const Wave wave = run_wave(200);
-    record({"200 dominoes", "speed of the wave, last hundred [m/s]", 5e-4, wave.last_half});
-    record({"200 dominoes", "change of it from the first hundred, relative", 5e-4,
-            std::abs(wave.last_half / wave.first_half - 1.0)});
-    EXPECT_EQ(wave.fallen, 200);
-    EXPECT_NEAR(wave.last_half, wave.first_half, 0.1 * wave.first_half);
+    judge_wave(200, 0.1);
 }
 
 } // namespace

@@ -92,15 +92,15 @@ TEST(law_funnel_settings, DISABLED_a_tower_of_20_stands_still_for_a_minute) {
     judge_tower(60.0);
 }
 
-/// A hundred cubes let fall as a loose block, after `settle` [s]: the fastest at the half step within the
+/// Cubes let fall as a loose block of 5 x 5 a layer, after `settle` [s]: the fastest at the half step within the
 /// last half second.
-void judge_pile(unsigned seed, double settle) {
+void judge_pile(int count, unsigned seed, double settle) {
     sim::SceneDef scene = funnel_settings();
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     const sim::MaterialDef surface = material(0.48, 0.5);
     add_plane(scene, Quat::Identity(), surface);
-    for (int i = 0; i < 100; ++i) {
+    for (int i = 0; i < count; ++i) {
         const Vec3 axis = Vec3(uniform(random), uniform(random), uniform(random)).normalized();
         const Vec3 at(1.3 * (i % 5), 1.3 * (i / 5 % 5), 1.0 + 1.3 * (i / 25));
         add_box(scene, Vec3::Constant(0.5), {at, Quat(Eigen::AngleAxisd(0.2 * uniform(random), axis))},
@@ -120,16 +120,20 @@ void judge_pile(unsigned seed, double settle) {
         before = s;
         return true;
     });
-    const std::string name = fmt::format("funnel's settings, pile of 100 cubes, seed {}", seed);
+    const std::string name = fmt::format("funnel's settings, pile of {} cubes, seed {}", count, seed);
     record({name, fmt::format("fastest at the half step after {} s [m/s]", settle), 1e-3, fastest, 1e-4});
     record({name, "overlap [m]", 1e-3, overlap, 1e-4});
     EXPECT_LT(fastest, 1e-4);
     EXPECT_LE(overlap, 1e-4);
 }
 
+TEST(law_funnel_settings, a_pile_of_30_cubes_comes_to_rest) {
+    judge_pile(30, 1u, 8.0);
+}
+
 TEST(law_funnel_settings, DISABLED_a_pile_of_100_cubes_comes_to_rest) {
     for (const unsigned seed : {2u, 9u, 11u}) {
-        judge_pile(seed, 20.0);
+        judge_pile(100, seed, 20.0);
     }
 }
 

@@ -30,6 +30,9 @@ TEST(scene_model, each_part_has_its_reason) {
     EXPECT_EQ(reason_of(scene, "contacts"), "1 moving bodies, 2 in all");
     EXPECT_EQ(reason_of(scene, "restitution"), "off");
     EXPECT_EQ(reason_of(scene + "restitution = 0\n", "restitution"), "off");
+    EXPECT_EQ(reason_of(scene + "restitution = 0.9\n", "stop at impacts"),
+              "elastic bodies (restitution 0.9 or more): 'ball'");
+    EXPECT_EQ(reason_of(scene + "restitution = 0.8\n", "stop at impacts"), "off");
     EXPECT_EQ(reason_of(scene + "restitution = 0.3\n", "restitution"), "0.3");
     EXPECT_EQ(reason_of(scene + "mu_s = 0.3\nmu_d = 0\n", "friction"), "static 0.3, dynamic 0");
     const std::string can = "[[body]]\nname = 'can'\nposition = [9, 0, 5]\nshape = { kind = 'compound', parts = [{ kind = "

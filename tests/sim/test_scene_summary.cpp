@@ -22,7 +22,7 @@ TEST(scene_summary, tells_what_the_funnel_contains) {
   model       contacts: 1000 moving bodies, 1005 in all
               restitution: 0.48
               friction: 0.1
-              contacts ahead of impacts: simulation.impacts is "ahead"
+              contacts ahead of impacts: elastic bodies (restitution 0.9 or more): none
               warm start: simulation.warm_start is true
   not used    joints, support points (libccd), compounds, gyroscopic term, stop at impacts
   cameras     'main' (3 keys), 'top' (fixed), 'orbit' (orbit in 24 s)
