@@ -27,6 +27,9 @@ constexpr std::size_t equal_shares = 4;
 /// Compliance of Newton's equations [-] that is tried first, and at most: 1 is as soft as a visit of a block alone.
 constexpr double least_compliance = 1e-3;
 constexpr double largest_compliance = 1.0;
+/// A step that leaves more than this share [-] of the change is not worth while every time: where blocks slide, the
+/// equations lack what friction does with the load.
+constexpr double worthwhile = 0.1;
 /// By which it grows where a step made it worse [-].
 constexpr double compliance_factor = 10.0;
 
@@ -335,6 +338,7 @@ void Blocks::wake() {
     for (Island& island : islands_) {
         island.compliance = 0.0;
         island.resists = false;
+        island.pause = island.waiting = 0;
     }
 }
 
@@ -440,6 +444,8 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
 /// softer equations are tried. Returns false if none are left to try.
 bool Blocks::next_compliance(Island& island, std::span<Velocity> velocity) {
     const double change = unsettled_change(island);
+    island.pause = island.compliance == 0.0 || change < worthwhile * island.change ? 0 : 2 * island.pause + 1;
+    island.waiting = island.pause;
     if (island.compliance == 0.0) {
         island.compliance = least_compliance;
     } else if (change < island.change) {
@@ -464,6 +470,11 @@ bool Blocks::solve_stalled(std::span<Velocity> velocity) {
     bool all = true;
     for (Island& island : islands_) {
         if (unsettled_change(island) == 0.0) {
+            continue;
+        }
+        if (island.waiting > 0) {
+            --island.waiting;
+            all = false;
             continue;
         }
         if (!island.resists && island.is_small) {
