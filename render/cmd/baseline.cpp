@@ -1,30 +1,25 @@
-/// A baseline is the folder BASELINES/SCENE/common or BASELINES/SCENE/RENDERER: pictures and baseline.json,
-/// which says how they were made.
 #include "render/cmd/baseline.h"
 
+#include "render/cmd/baseline_draw.h"
+#include "render/cmd/baseline_place.h"
 #include "render/cmd/compare.h"
-#include "render/cmd/interrupt.h"
 #include "render/cmd/options.h"
+#include "render/cmd/workplace.h"
 #include "render/compare/sequence.h"
-#include "render/film/film.h"
-#include "render/film/memory.h"
 #include "render/gl/context.h"
-#include "render/gl/shader.h"
-#include "render/picture/body_image.h"
-#include "render/picture/renderer.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 #include "sim/scene/file.h"
-#include "sim/world/world.h"
+#include "sim/scene/tree.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
+#include <mutex>
 #include <optional>
+#include <thread>
 
 namespace cmd {
 
@@ -34,276 +29,406 @@ using sim::ExitCode;
 
 namespace {
 
-constexpr const char* record_name = "baseline.json";
-constexpr const char* common_name = "common";
-constexpr const char* default_size = "320x180";
+constexpr const char* default_report = "out/baselines";
+constexpr const char* default_size = "640x360"; ///< the least at which the text over a picture is read
 
-/// How the pictures of a baseline are made, and what made them.
-struct Record {
-    diff::Origin origin;
-    std::string scene_text;             ///< the scene file as read
-    std::vector<std::string> overrides; ///< "dotted.key=value"
-    std::vector<std::int64_t> frames{0};
-    bool has_body_ids = false;
-};
-
-/// None if the folder has none. Throws Error (io) if it is damaged.
-std::optional<Record> read_record(const fs::path& folder) {
-    const fs::path path = folder / record_name;
-    std::error_code error;
-    if (!fs::exists(path, error)) {
-        return std::nullopt;
-    }
-    const std::string text = sim::read_text_file(path);
-    try {
-        const nlohmann::json json = nlohmann::json::parse(text);
-        Record record;
-        record.origin = {json.at("program"), json.at("scene_name"), json.at("state_hash"),
-                         json.at("shaders_hash"), json.at("renderer")};
-        json.at("scene_text").get_to(record.scene_text);
-        json.at("overrides").get_to(record.overrides);
-        json.at("frames").get_to(record.frames);
-        json.at("has_body_ids").get_to(record.has_body_ids);
-        return record;
-    } catch (const nlohmann::json::exception&) {
-        throw Error(ExitCode::io, fmt::format("cannot read {}: it is damaged", path.string()));
-    }
+int core_count() {
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-void write_record(const fs::path& folder, const Record& record) {
-    const nlohmann::ordered_json json = {
-        {"program", record.origin.program},       {"scene_name", record.origin.scene},
-        {"state_hash", record.origin.state_hash}, {"shaders_hash", record.origin.shaders_hash},
-        {"renderer", record.origin.renderer},     {"frames", record.frames},
-        {"has_body_ids", record.has_body_ids},    {"overrides", record.overrides},
-        {"scene_text", record.scene_text}};
-    sim::write_file(folder / record_name,
-                    json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+JobPlan job_plan(const BaselineOptions& options, std::size_t count) {
+    const int most = static_cast<int>(std::max<std::size_t>(count, 1));
+    const int wanted = options.jobs > 0 ? options.jobs : core_count();
+    return {count, std::min(wanted, most), "baselines", options.is_quiet || options.prints_json};
 }
 
-/// The renderer string as a folder's name.
-std::string folder_name(std::string renderer) {
-    for (char& c : renderer) {
-        const bool is_kept =
-            (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.';
-        c = is_kept ? c : '_';
-    }
-    return renderer;
+int threads_of(const JobPlan& plan) {
+    return std::max(1, core_count() / plan.at_once);
 }
 
-/// The baseline that this machine is held against.
-fs::path find_baseline(const fs::path& folder, const std::string& scene, const std::string& renderer) {
-    const fs::path own = folder / scene / folder_name(renderer);
-    std::error_code error;
-    return fs::exists(own / record_name, error) ? own : folder / scene / common_name;
-}
-
-/// "0,5,10": ascending. Throws Error (usage).
-std::vector<std::int64_t> parse_frames(const std::string& text) {
-    std::vector<std::int64_t> frames;
-    const char* at = text.data();
-    const char* end = at + text.size();
-    while (true) {
-        std::int64_t frame = 0;
-        const auto [next, error] = std::from_chars(at, end, frame);
-        if (error != std::errc() || frame < 0 || (!frames.empty() && frame <= frames.back()) ||
-            (next != end && *next != ',')) {
-            throw Error(ExitCode::usage,
-                        fmt::format("--frames '{}': expected ascending numbers such as 0,5,10", text));
-        }
-        frames.push_back(frame);
-        if (next == end) {
-            return frames;
-        }
-        at = next + 1;
-    }
-}
-
-void make_empty_folder(const fs::path& folder) {
-    std::error_code error;
-    fs::remove_all(folder, error);
-    if (!error) {
-        fs::create_directories(folder, error);
-    }
-    if (error) {
-        throw Error(ExitCode::io,
-                    fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
-    }
-}
-
-/// Simulates to the last of the frames, draws them into the folder, and enters in the record what made them.
-void draw(const sim::SceneDef& scene, const fs::path& folder, Record& record) {
-    render::require_memory(scene.output.width, scene.output.height);
-    make_empty_folder(folder);
-    record.scene_text = scene.text;
-    sim::World world(scene, 1);
-    render::Renderer renderer(scene, scene.output.width, scene.output.height,
-                              render::render_settings(scene.output));
-    record.origin = {"tumble " TUMBLE_VERSION, scene.name, "", render::shaders_hash(),
-                     renderer.renderer_string()};
-    for (const std::int64_t frame : record.frames) {
-        const std::int64_t step = sim::step_of_frame(frame, scene.output.fps, scene.step.time_step);
-        while (world.step_index() < step) {
-            if (is_interrupted()) {
-                throw Error(ExitCode::interrupted, "interrupted; no baseline was changed");
-            }
-            world.step();
-        }
-        const sim::Snapshot snapshot = world.take_snapshot();
-        const std::string name = fs::path(render::frame_file_name(frame)).filename().string();
-        sim::write_file(folder / name, render::encode_png(renderer.draw(snapshot)));
-        if (record.has_body_ids) {
-            render::write_body_image(folder, name, scene, snapshot, renderer.body_ids());
-        }
-        record.origin.state_hash = fmt::format("{:016x}", sim::state_hash(snapshot));
-    }
+/// The folder as one side of a comparison.
+diff::Source source_of(const fs::path& folder, const BaselineRecord& record) {
+    diff::Source source = diff::find_source(folder);
+    source.origin = record.origin;
+    source.scene_text = record.scene_text;
+    source.overrides = record.overrides;
+    return source;
 }
 
 /// The scene of a baseline, to be drawn by what the user asks for.
-sim::SceneDef load_drawn(const std::string& file, const std::vector<std::string>& overrides, const std::string& gl) {
+sim::SceneDef load_drawn(const fs::path& file, const std::vector<std::string>& overrides, const std::string& gl) {
     sim::SceneDef scene = sim::load_scene(file, overrides);
     scene.output.gl = gl.empty() ? scene.output.gl : gl;
     return scene;
 }
 
-/// The folder as one side of a comparison.
-diff::Source source_of(const fs::path& folder, const Record& record) {
-    diff::Source source = diff::find_source(folder);
-    source.origin = record.origin;
-    source.scene_text = record.scene_text + fmt::format("\n{}", fmt::join(record.overrides, "\n"));
-    return source;
+/// By how many levels pictures may differ that one program's sampler has drawn: none where machine, state and shaders
+/// are the same; else one, by which versions of Mesa differ. Processors without fused multiply-add round otherwise.
+double level_between(const diff::Origin& a, const diff::Origin& b, bool is_same_scene) {
+    if (a.processor != b.processor) {
+        return diff::any_level;
+    }
+    return is_same_scene && a.renderer == b.renderer && a.state_hash == b.state_hash &&
+                   a.shaders_hash == b.shaders_hash
+               ? 0.0
+               : 1.0;
 }
 
-/// Draws one scene as its baseline was drawn, and compares.
-diff::Case check_scene(const std::string& file, const BaselineOptions& options, const CompareOptions& comparing) {
-    const sim::SceneDef scene = load_drawn(file, {}, options.gl);
-    const std::string& name = scene.name;
-    const fs::path folder = find_baseline(options.folder, name, render::renderer_string(scene.output.gl));
-    const std::optional<Record> reference = read_record(folder);
-    Record candidate = reference.value_or(Record{});
-    if (!reference) {
-        Options size;
-        size.size = default_size;
-        candidate.overrides = overrides_of(size);
+/// The folder of the report, which no other check uses as long as the lock lives.
+class ReportPlace {
+public:
+    explicit ReportPlace(const std::string& asked) {
+        constexpr int most_checks = 100;
+        for (int i = 1;; ++i) {
+            folder_ = !asked.empty() ? asked : i == 1 ? default_report : fmt::format("{}_{}", default_report, i);
+            prepare_folder(folder_);
+            try {
+                lock_.emplace(folder_, FolderLock::Kind::alone, false);
+                return;
+            } catch (const Error&) {
+                if (!asked.empty() || i == most_checks) {
+                    throw;
+                }
+            }
+        }
     }
-    const fs::path drawn = fs::path(options.report) / "candidates" / name;
-    draw(load_drawn(file, candidate.overrides, options.gl), drawn, candidate);
+    const std::string& folder() const { return folder_; }
 
-    diff::Source before;
-    before.path = folder;
-    if (reference) {
-        before = source_of(folder, *reference);
+private:
+    static void prepare_folder(const std::string& folder) {
+        std::error_code error;
+        fs::create_directories(folder, error);
+        if (error) {
+            throw Error(ExitCode::io, "cannot make the folder " + folder + ": " + error.message());
+        }
     }
-    const diff::Source now = source_of(drawn, candidate);
-    const diff::Settings settings = compare_settings(comparing);
-    diff::Case result = diff::compare_sources(name, before, now, settings, nullptr);
-    if (!reference) {
-        result.message = fmt::format("no baseline {}: look at {}, then tumble baseline update {}",
-                                     folder.string(), drawn.string(), file);
+
+    std::string folder_;
+    std::optional<FolderLock> lock_;
+};
+
+/// To be called before the program's first thread.
+void prepare_gl(const BaselineOptions& options) {
+    render::configure_gl(false);
+    if (!options.gl.empty()) {
+        render::renderer_string(options.gl); // refused before anything is made
     }
-    result.reference = folder.string();
-    result.candidate = file;
-    diff::write_review(before, now, settings, {.folder = options.report}, nullptr, result);
+}
+
+fs::path drawn_folder(const fs::path& report, const BaselinePlace& place) {
+    return report / "candidates" / place.scene / place.name;
+}
+
+class Check {
+public:
+    Check(const BaselineOptions& options, CompareOptions comparing, int threads)
+        : options_(options), comparing_(std::move(comparing)), threads_(threads) {}
+
+    /// Draws one scene as its baseline was drawn, and compares.
+    diff::Case of(BaselinePlace place, JobProgress& progress) const {
+        const fs::path file = place.scene_file;
+        if (file.empty()) {
+            throw Error(ExitCode::usage,
+                        fmt::format("{} does not say where its scene is: name the scene's file, or make it anew with "
+                                    "tumble baseline update SCENE.toml",
+                                    place.folder.string()));
+        }
+        place.folder = machine_folder(options_.folder, place, load_drawn(file, {}, options_.gl).output.gl);
+        const std::optional<BaselineRecord> reference = read_baseline_record(place.folder);
+        BaselineRecord now = reference.value_or(BaselineRecord{});
+        if (!reference) {
+            change_record({.size = default_size}, now);
+        }
+        const fs::path drawn = drawn_folder(comparing_.report, place);
+        draw_baseline(load_drawn(file, now.overrides, options_.gl), drawn, threads_, now, progress);
+        copy_masks(place.folder, drawn / "frames", now);
+        write_baseline_record(drawn / "frames", now);
+
+        diff::Source before;
+        before.path = place.folder;
+        if (reference) {
+            before = source_of(place.folder, *reference);
+        }
+        const diff::Source after = source_of(drawn / "frames", now);
+        const diff::Settings settings = settings_of(place, reference, now);
+        diff::Case result = diff::compare_sources(place.case_name(), before, after, settings, nullptr);
+        name_scene_cause(before, after, result);
+        if (!reference) {
+            result.message =
+                fmt::format("no baseline {}: look at {}, then tumble baseline accept {}", place.folder.string(),
+                            (drawn / "frames").string(), comparing_.report);
+        }
+        result.reference = place.folder.string();
+        result.candidate = file.string();
+        diff::write_review(before, after, settings, {.folder = comparing_.report}, nullptr, result);
+        return result;
+    }
+
+    /// Masks that are pictures lie in the baseline's folder: `from`, or as the user named them.
+    static void copy_masks(const fs::path& from, const fs::path& to, BaselineRecord& record) {
+        for (std::size_t i = 0; i < record.masks.size(); ++i) {
+            std::string& mask = record.masks[i];
+            const std::string path = fs::exists(from / mask) ? (from / mask).string() : mask;
+            diff::Mask read;
+            diff::add_to_mask(path, {}, read);
+            if (!read.pictures.empty()) {
+                mask = fmt::format("masks/{}{}", i, fs::path(path).extension().string());
+                const std::string bytes = sim::read_text_file(path);
+                fs::create_directories(to / "masks");
+                sim::write_file(to / mask, bytes);
+            }
+        }
+    }
+
+private:
+    diff::Settings settings_of(const BaselinePlace& place, const std::optional<BaselineRecord>& before,
+                               const BaselineRecord& now) const {
+        CompareOptions comparing = comparing_;
+        comparing.ignored_bodies = now.ignored_bodies;
+        diff::Settings settings = compare_settings(comparing);
+        settings.threads = 1;
+        for (const std::string& mask : now.masks) {
+            const fs::path file = drawn_folder(comparing_.report, place) / "frames" / mask;
+            diff::add_to_mask(fs::exists(file) ? file.string() : mask, settings.pair.accepted, settings.pair.mask);
+        }
+        if (before && options_.limits.empty()) {
+            const bool is_same_scene = before->scene_text == now.scene_text && before->overrides == now.overrides;
+            settings.pair.limits =
+                limits_of(*before, level_between(before->origin, now.origin, is_same_scene), place.folder);
+        }
+        return settings;
+    }
+
+    const BaselineOptions& options_;
+    CompareOptions comparing_;
+    int threads_;
+};
+
+/// A case that could not be compared at all.
+diff::Case failed_case(const BaselinePlace& place, const Error& error) {
+    diff::Case result;
+    result.name = place.case_name();
+    result.reference = place.folder.string();
+    result.candidate = place.scene_file.string();
+    result.is_sequence = true;
+    result.status = diff::Status::unreadable;
+    result.tier = diff::Tier::changed;
+    result.is_failed = true;
+    result.message = error.what();
+    result.error_code = static_cast<int>(error.code());
     return result;
 }
 
-int check(const BaselineOptions& options, const std::string& command) {
-    CompareOptions comparing;
-    comparing.fail_on = options.fail_on;
-    comparing.report = options.report;
-    comparing.junit = options.junit;
-    comparing.limits = options.limits;
-    comparing.prints_json = options.prints_json;
-    comparing.is_quiet = options.is_quiet;
-    prepare_report(options.report);
-    diff::Comparison comparison = start_comparison(comparing, command);
-    for (const std::string& scene : options.scenes) {
-        comparison.cases.push_back(check_scene(scene, options, comparing));
+/// What update is to make.
+struct Target {
+    BaselinePlace place;
+    BaselineRecord before;
+    BaselineRecord now;
+    bool is_new = true;
+};
+
+Target target_of(const BaselineOptions& options, const BaselinePlace& place) {
+    Target target{place, {}, {}, true};
+    const std::string gl = load_drawn(place.scene_file, {}, options.gl).output.gl;
+    target.place.folder = options.is_for_this_renderer ? renderer_folder(options.folder, place, gl)
+                                                       : machine_folder(options.folder, place, gl);
+    for (const fs::path& folder : {target.place.folder, place.folder}) {
+        if (const std::optional<BaselineRecord> found = read_baseline_record(folder)) {
+            target.before = target.now = *found;
+            target.is_new = false;
+            break;
+        }
     }
-    return finish_comparison(comparing, comparison);
+    if (target.is_new) {
+        change_record({.size = default_size}, target.now);
+    }
+    change_record(options.changes, target.now);
+    std::error_code error;
+    target.now.scene_file =
+        fs::relative(fs::absolute(place.scene_file), fs::absolute(options.folder), error).generic_string();
+    Options typed; // what is wrong with --size is told by its name
+    typed.size = options.changes.size;
+    typed.assignments = target.now.overrides;
+    load_scene(place.scene_file.string(), typed);
+    return target;
 }
 
-void update(const BaselineOptions& options) {
-    for (const std::string& file : options.scenes) {
-        const sim::SceneDef scene = load_drawn(file, {}, options.gl);
-        const std::string& name = scene.name;
-        const std::string renderer = render::renderer_string(scene.output.gl);
-        const fs::path folder = options.is_for_this_renderer
-                                    ? fs::path(options.folder) / name / folder_name(renderer)
-                                    : find_baseline(options.folder, name, renderer);
-        Record record = read_record(folder).value_or(Record{});
-        if (record.overrides.empty() || !options.size.empty() || !options.assignments.empty()) {
-            Options changes;
-            changes.size = options.size.empty() ? default_size : options.size;
-            changes.assignments = options.assignments;
-            record.overrides = overrides_of(changes);
-            load_scene(file, changes); // what is wrong with --size is told by its name
-        }
-        if (!options.frames.empty()) {
-            record.frames = parse_frames(options.frames);
-        }
-        record.has_body_ids = record.has_body_ids || options.has_body_ids;
-
-        const fs::path fresh = folder.string() + ".part";
-        try {
-            draw(load_drawn(file, record.overrides, options.gl), fresh, record);
-            write_record(fresh, record);
-            fs::remove_all(folder);
-            fs::rename(fresh, folder);
-        } catch (const fs::filesystem_error& error) {
-            throw Error(ExitCode::io,
-                        fmt::format("cannot replace {}: {}", folder.string(), error.code().message()));
-        } catch (...) {
-            std::error_code ignored; // the first error is told
-            fs::remove_all(fresh, ignored);
-            throw;
-        }
-        if (!options.is_quiet) {
-            std::printf("%s: %zu pictures in %s\n", name.c_str(), record.frames.size(), folder.c_str());
+std::string made_text(const Target& target) {
+    const auto count = std::count_if(
+        target.now.pictures.begin(), target.now.pictures.end(),
+        [](const auto& file) { return file.first.find(".bodies.") == std::string::npos; });
+    std::string text =
+        fmt::format("{}: {} pictures in {}\n", target.place.case_name(), count, target.place.folder.string());
+    if (!target.is_new) {
+        for (const std::string& line : record_changes(target.before, target.now)) {
+            text += "  " + line + "\n";
         }
     }
+    return text;
+}
+
+void make_baseline(Target& target, const std::string& gl, int threads, JobProgress& progress) {
+    const fs::path& folder = target.place.folder;
+    std::error_code error;
+    fs::create_directories(folder.parent_path(), error);
+    const FolderLock lock(folder.parent_path(), FolderLock::Kind::alone, true);
+    const fs::path fresh = folder.string() + ".part";
+    try {
+        draw_baseline(load_drawn(target.place.scene_file, target.now.overrides, gl), fresh, threads, target.now,
+                      progress);
+        Check::copy_masks(folder, fresh / "frames", target.now);
+        write_baseline_record(fresh / "frames", target.now);
+        replace_folder(fresh / "frames", folder);
+        fs::remove_all(fresh, error);
+    } catch (...) {
+        fs::remove_all(fresh, error); // the first error is told
+        fs::remove(folder.parent_path(), error); // if nothing is in it
+        throw;
+    }
+}
+
+/// Throws Error if the case's pictures in the report are not those that were drawn for it.
+void check_reviewed(const fs::path& drawn, const std::string& name) {
+    const std::optional<BaselineRecord> record = read_baseline_record(drawn);
+    if (!record) {
+        throw Error(ExitCode::missing_or_size,
+                    fmt::format("the report has no pictures of {} to accept: {} is not there", name, drawn.string()));
+    }
+    for (const auto& [file, hash] : record->pictures) {
+        if (sim::sha256_of_file(drawn / file) != hash) {
+            throw Error(ExitCode::io, fmt::format("{} is not the picture that was drawn for the report",
+                                                  (drawn / file).string()));
+        }
+    }
+}
+
+/// Names of the cases of a report that are not identical, with the folder of each one's baseline.
+std::vector<std::pair<std::string, fs::path>> cases_of_report(const fs::path& report) {
+    const fs::path path = report / "result.json";
+    const nlohmann::json json = nlohmann::json::parse(sim::read_text_file(path), nullptr, false);
+    std::vector<std::pair<std::string, fs::path>> cases;
+    try {
+        for (const nlohmann::json& each : json.at("cases")) {
+            if (each.at("tier") != diff::name_of(diff::Tier::identical)) {
+                cases.emplace_back(each.at("name"), each.at("reference").get<std::string>());
+            }
+        }
+    } catch (const nlohmann::json::exception&) {
+        throw Error(ExitCode::io, fmt::format("cannot read {}: it is no result of a comparison", path.string()));
+    }
+    return cases;
+}
+
+/// Makes the pictures of one case the baseline; returns its folder. reference: that folder, as the report has it.
+fs::path accept_case(const BaselineOptions& options, const std::string& name, const fs::path& reference) {
+    const std::string scene = reference.parent_path().filename().string();
+    const std::string baseline = reference.filename().string();
+    const fs::path drawn =
+        fs::path(options.report) / "candidates" / scene / baseline.substr(0, baseline.find('@')) / "frames";
+    check_reviewed(drawn, name);
+    const fs::path folder = fs::path(options.folder) / scene / baseline;
+    std::error_code error;
+    fs::create_directories(folder.parent_path(), error);
+    const FolderLock lock(folder.parent_path(), FolderLock::Kind::alone, true);
+    const fs::path fresh = folder.string() + ".part";
+    fs::remove_all(fresh, error);
+    fs::copy(drawn, fresh, fs::copy_options::recursive, error);
+    if (error) {
+        const std::string reason = error.message();
+        fs::remove_all(fresh, error);
+        throw Error(ExitCode::io,
+                    fmt::format("cannot copy {} to {}: {}", drawn.string(), fresh.string(), reason));
+    }
+    replace_folder(fresh, folder);
+    return folder;
 }
 
 } // namespace
 
-void add_baseline_verbs(CLI::App& baseline, BaselineOptions& options, const std::string& command, int& code) {
-    baseline.require_subcommand(1);
-    const auto add = [&](const char* name, const char* description) {
-        CLI::App* verb = baseline.add_subcommand(name, description);
-        verb->add_option("SCENE", options.scenes, "Scene files (TOML)")->required()->type_name("");
-        verb->add_option("--baselines", options.folder, "Folder of the baselines (default: baselines)")
-            ->type_name("DIR");
-        add_gl_option(*verb, options.gl);
-        verb->add_flag("--quiet", options.is_quiet, "Only errors are printed");
-        return verb;
-    };
-    CLI::App* check_verb = add("check", "Draw what the baselines show, and compare; changes no baseline");
-    check_verb->add_option("--report", options.report, "Folder for the report (default: out/baselines)")
-        ->type_name("DIR");
-    check_verb->add_option("--fail-on", options.fail_on, "identical, noise or changed (default)")
-        ->type_name("TIER");
-    check_verb->add_option("--junit", options.junit, "Writes JUnit's XML too")->type_name("FILE");
-    check_verb
-        ->add_option("--limits", options.limits,
-                     "Limits of the gates, as tumble compare --calibrate prints them")
-        ->type_name("FILE");
-    check_verb->add_flag("--json", options.prints_json, "Prints the result as JSON");
-    check_verb->final_callback([&options, &command, &code] { code = check(options, command); });
+int check_baselines(const BaselineOptions& options, const std::string& command) {
+    prepare_gl(options);
+    const ReportPlace report(options.report);
+    CompareOptions comparing;
+    comparing.fail_on = options.fail_on;
+    comparing.report = report.folder();
+    comparing.junit = options.junit;
+    comparing.limits = options.limits;
+    comparing.prints_json = options.prints_json;
+    comparing.is_quiet = options.is_quiet;
+    diff::Comparison comparison = start_comparison(comparing, command);
+    compare_settings(comparing); // refused before anything is drawn
+    std::vector<BaselinePlace> places;
+    for (const std::string& scene : options.scenes) {
+        const std::vector<BaselinePlace> found = places_of(options.folder, scene, options.name);
+        places.insert(places.end(), found.begin(), found.end());
+    }
+    if (options.scenes.empty()) {
+        places = all_places(options.folder, options.name);
+    }
+    prepare_report(comparing.report);
+    const JobPlan plan = job_plan(options, places.size());
+    const Check check(options, comparing, threads_of(plan));
+    comparison.cases.resize(places.size());
+    run_jobs(plan, [&](std::size_t i, JobProgress& progress) {
+        try {
+            comparison.cases[i] = check.of(places[i], progress);
+        } catch (const Error& error) {
+            if (error.code() == ExitCode::interrupted) {
+                throw;
+            }
+            comparison.cases[i] = failed_case(places[i], error);
+        }
+    });
+    const int code = finish_comparison(comparing, comparison);
+    if (!options.is_quiet && !options.prints_json && code != 0) {
+        std::printf("report: %s/index.html; what is meant: tumble baseline accept %s\n", report.folder().c_str(),
+                    report.folder().c_str());
+    }
+    return code;
+}
 
-    CLI::App* update_verb = add("update", "Accept what is drawn now as the baselines of these scenes");
-    update_verb->add_option("--size", options.size, "Size of the pictures [px] (new baselines: 320x180)")
-        ->type_name("WxH");
-    update_verb->add_option("--set", options.assignments, "Sets a key of the scene for its baseline")
-        ->type_name("KEY=VALUE")
-        ->allow_extra_args(false);
-    update_verb
-        ->add_option("--frames", options.frames, "Frames that are kept, such as 0,5,10 (new baselines: 0)")
-        ->type_name("LIST");
-    update_verb->add_flag("--body-ids", options.has_body_ids,
-                          "Keeps which body each pixel shows: reports name bodies");
-    update_verb->add_flag("--for-this-renderer", options.is_for_this_renderer,
-                          "Beside the common baseline, for machines with this OpenGL only");
-    update_verb->final_callback([&options] { update(options); });
+void update_baselines(const BaselineOptions& options) {
+    prepare_gl(options);
+    std::vector<Target> targets;
+    for (const std::string& scene : options.scenes) {
+        for (const BaselinePlace& place : places_of(options.folder, scene, options.name)) {
+            targets.push_back(target_of(options, place));
+        }
+    }
+    const JobPlan plan = job_plan(options, targets.size());
+    std::mutex printing;
+    run_jobs(plan, [&](std::size_t i, JobProgress& progress) {
+        make_baseline(targets[i], options.gl, threads_of(plan), progress);
+        if (!options.is_quiet) {
+            const std::lock_guard<std::mutex> lock(printing);
+            std::fputs(made_text(targets[i]).c_str(), stdout);
+        }
+    });
+}
+
+void accept_baselines(const BaselineOptions& options) {
+    const std::vector<std::pair<std::string, fs::path>> found = cases_of_report(options.report);
+    std::vector<std::string> names;
+    for (const auto& [name, folder] : found) {
+        names.push_back(name);
+    }
+    const auto contains = [](const std::vector<std::string>& all, const std::string& name) {
+        return std::find(all.begin(), all.end(), name) != all.end();
+    };
+    for (const std::string& name : options.cases) {
+        if (!contains(names, name)) {
+            throw Error(ExitCode::usage, fmt::format("{} has no case '{}' that changed{}", options.report, name,
+                                                     sim::suggestion(name, names)));
+        }
+    }
+    for (const auto& [name, reference] : found) {
+        if (options.cases.empty() || contains(options.cases, name)) {
+            const fs::path folder = accept_case(options, name, reference);
+            if (!options.is_quiet) {
+                std::printf("%s: %s is now what %s shows\n", name.c_str(), folder.c_str(), options.report.c_str());
+            }
+        }
+    }
 }
 
 } // namespace cmd

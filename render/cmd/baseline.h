@@ -1,5 +1,7 @@
 #pragma once
 /// tumble baseline: accepted pictures of scenes, kept in a folder, and what the program draws now.
+#include "render/cmd/baseline_record.h"
+
 #include <string>
 #include <vector>
 
@@ -10,24 +12,29 @@ class App;
 namespace cmd {
 
 struct BaselineOptions {
-    std::vector<std::string> scenes;      ///< files
-    std::string folder = "baselines";     ///< of all baselines
-    std::string report = "out/baselines"; ///< of check
+    std::vector<std::string> scenes;  ///< files; of check: empty for all that have baselines
+    std::string folder = "baselines"; ///< of all baselines
+    std::string name;                 ///< of a scene's baseline; empty: all of check, "common" of a new one
+    std::string report;               ///< of check; empty: out/baselines, or the next that no other check uses
     std::string fail_on = "changed";
     std::string junit;  ///< file; empty: none
-    std::string limits; ///< file; empty: defaults
+    std::string limits; ///< file; empty: the baselines' own
+    int jobs = 0;       ///< baselines at a time; 0: one for two cores
     bool prints_json = false;
     std::string gl; ///< what draws; empty: what the scene says
     bool is_quiet = false;
-    // Of update; empty: as the baseline was made, or the defaults for a new one.
-    std::string size;                     ///< "WxH" [px]; default 320x180
-    std::vector<std::string> assignments; ///< "dotted.key=value"
-    std::string frames;                   ///< "0,5,10"; default 0
-    bool has_body_ids = false;
-    bool is_for_this_renderer = false;    ///< kept beside the common one
+    BaselineChanges changes;           ///< of update
+    bool is_for_this_renderer = false; ///< of update: kept beside the one for all machines
+    std::vector<std::string> cases;    ///< of accept; empty: all that the report has drawn
 };
 
-/// Adds the verbs `check` and `update` to `baseline`. code: set by check. command: for the report.
+/// Adds the verbs to `baseline`. code: set by check. command: for the report.
 void add_baseline_verbs(CLI::App& baseline, BaselineOptions& options, const std::string& command, int& code);
+
+/// The verbs; each throws Error.
+int check_baselines(const BaselineOptions& options, const std::string& command);
+void update_baselines(const BaselineOptions& options);
+/// Makes the pictures that a report shows the baselines.
+void accept_baselines(const BaselineOptions& options);
 
 } // namespace cmd

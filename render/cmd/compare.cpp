@@ -7,6 +7,7 @@
 #include "render/compare/side_by_side.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
+#include "sim/scene/difference.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -70,6 +71,21 @@ void prepare_report(const std::string& folder) {
         throw Error(ExitCode::io, "cannot make the folder " + folder + ": " + error.message());
     }
     diff::remove_report(folder);
+}
+
+void name_scene_cause(const diff::Source& reference, const diff::Source& candidate, diff::Case& result) {
+    if (result.cause != diff::Cause::scene) {
+        return;
+    }
+    try {
+        const std::string difference = sim::scene_difference({candidate.scene_text, candidate.overrides},
+                                                             {reference.scene_text, reference.overrides});
+        const std::string start = result.tier == diff::Tier::identical ? "equal pixels, but " : "";
+        result.cause_text = start + (difference.empty() ? "the scenes' texts differ, but no value of a key does"
+                                                        : "the scene changed: " + difference);
+    } catch (const Error&) {
+        // No scenes of this program: the general sentence stays.
+    }
 }
 
 diff::Comparison start_comparison(const CompareOptions& options, const std::string& command) {
@@ -154,6 +170,7 @@ int compare(const CompareOptions& options, const std::string& command, const dif
     comparison.cases.push_back(
         diff::compare_sources(case_name(options.candidate), reference, candidate, settings, films));
     diff::Case& result = comparison.cases.front();
+    name_scene_cause(reference, candidate, result);
     result.reference = options.reference;
     result.candidate = options.candidate;
     if (options.calibrates) {

@@ -39,6 +39,8 @@ int compare(const CompareOptions& options, const std::string& command, const dif
 diff::Settings compare_settings(const CompareOptions& options);
 /// Makes the report's folder, and removes an earlier report from it.
 void prepare_report(const std::string& folder);
+/// Where the cause is another scene: which key, and both its values.
+void name_scene_cause(const diff::Source& reference, const diff::Source& candidate, diff::Case& result);
 diff::Comparison start_comparison(const CompareOptions& options, const std::string& command);
 /// Writes and prints what the options ask for; returns the exit code.
 int finish_comparison(const CompareOptions& options, diff::Comparison& comparison);

@@ -14,6 +14,11 @@ public:
 
     /// Called often; prints when it is time to.
     void update(std::int64_t done);
+    /// The same where the total grows.
+    void update(std::int64_t done, std::int64_t total) {
+        total_ = total;
+        update(done);
+    }
 
     /// Takes the changing line off the terminal.
     void clear();

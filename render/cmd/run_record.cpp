@@ -24,7 +24,8 @@ RunRecord record_of(const sim::SceneDef& scene) {
             render::shaders_hash(),
             scene.name,
             scene.text,
-            scene.overrides};
+            scene.overrides,
+            render::shader_hashes()};
 }
 
 /// "llvmpipe (LLVM 15.0.6, 256 bits)": pictures do not depend on the width of its vectors.
@@ -37,6 +38,7 @@ void write_run_record(const fs::path& folder, const RunRecord& record) {
     const nlohmann::ordered_json json = {{"program", record.program},       {"renderer", record.renderer},
                                          {"processor", record.processor},   {"shaders_hash", record.shaders},
                                          {"scene_name", record.scene_name}, {"overrides", record.overrides},
+                                         {"shaders", record.shader_files},
                                          {"scene_text", record.scene_text}};
     // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
     sim::write_file(folder / run_record_name,

@@ -4,6 +4,7 @@
 #include "sim/model/scene_def.h"
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ struct RunRecord {
     std::string scene_name;
     std::string scene_text;             ///< the scene file as read
     std::vector<std::string> overrides; ///< "dotted.key=value", in the order applied
+    std::map<std::string, std::string> shader_files{}; ///< hash of each
 };
 
 /// None if the folder has no record. Throws Error (io) if it cannot be read or is damaged.

@@ -128,7 +128,7 @@ int run_program(int argc, char** argv) {
     });
     cmd::BaselineOptions baselines;
     const std::string command = cmd::command_line(argc, argv);
-    cmd::add_baseline_verbs(*app.add_subcommand("baseline", "Accepted pictures of scenes: check, update"),
+    cmd::add_baseline_verbs(*app.add_subcommand("baseline", "Accepted pictures of scenes: check, update, accept"),
                             baselines, command, code);
 
     try {

@@ -57,6 +57,10 @@ public:
             fmt::format("those of the {0}x{0} pixels at ({1}, {2}) by {3:+.2f}", drift_block, map_.drift.x,
                         map_.drift.y, map_.drift.block));
         add_lone();
+        if (limits_[GateId::levels].value < any_level) {
+            add(GateId::levels, map_.largest, "levels",
+                fmt::format("{} pixels differ by up to {} levels", map_.differing, map_.largest));
+        }
         add_displacement();
     }
 
@@ -243,7 +247,7 @@ Picture on_white(const Picture& picture) {
 } // namespace
 
 const char* name_of(GateId id) {
-    constexpr const char* names[] = {"window", "spot", "faint", "displacement", "drift", "block drift", "lone"};
+    constexpr const char* names[] = {"window", "spot", "faint", "displacement", "drift", "block drift", "lone", "levels"};
     return names[static_cast<int>(id)];
 }
 

@@ -18,8 +18,10 @@ enum class GateId {
     drift,        ///< mean signed difference of all flat pixels [levels]
     block_drift,  ///< the same of one block
     lone,         ///< pixels of one window of 16 x 16, where the edges elsewhere are as they were
+    levels,       ///< largest difference [levels]: where both are known to be drawn with the same samples
 };
-inline constexpr std::size_t gate_count = 7;
+inline constexpr std::size_t gate_count = 8;
+inline constexpr double any_level = 255.0; ///< limit of `levels` that all pictures hold: the gate is then left out
 
 /// A gate's limit and where it is from.
 struct Limit {
@@ -29,7 +31,7 @@ struct Limit {
 
 /// Of GateId. README.md in this folder has the pictures that the defaults were chosen by.
 struct Limits {
-    std::array<Limit, gate_count> of{{{60.0}, {12.0}, {200.0}, {0.62}, {0.3}, {0.9}, {10.0}}};
+    std::array<Limit, gate_count> of{{{60.0}, {12.0}, {200.0}, {0.62}, {0.3}, {0.9}, {10.0}, {any_level}}};
 
     const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
 };

@@ -32,7 +32,9 @@ std::string proposed_limits(const Comparison& comparison, const Limits& least) {
                 }
             }
         }
-        json[name_of(id)] = limit;
+        if (id != GateId::levels || limit < any_level) {
+            json[name_of(id)] = limit;
+        }
     }
     return json.dump(2) + "\n";
 }

@@ -38,7 +38,9 @@ Json to_json(const Origin& origin) {
             {"scene", origin.scene},
             {"state_hash", origin.state_hash},
             {"shaders_hash", origin.shaders_hash},
-            {"renderer", origin.renderer}};
+            {"renderer", origin.renderer},
+            {"processor", origin.processor},
+            {"shaders", origin.shaders}};
 }
 
 template <typename Item, typename Convert>

@@ -4,6 +4,7 @@
 /// the same as JSON. (The namespace is no `compare`: that name is a function in headers of libraries.)
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -128,6 +129,8 @@ struct Origin {
     std::string state_hash;    ///< of the last state, 16 hexadecimal digits
     std::string shaders_hash;  ///< 16 hexadecimal digits
     std::string renderer;      ///< OpenGL's renderer and version
+    std::string processor;     ///< what else the pictures' bytes depend on
+    std::map<std::string, std::string> shaders; ///< hash of each file
 };
 
 /// One thing under comparison: a pair of pictures (one frame), or two sequences of them.
@@ -139,6 +142,7 @@ struct Case {
     Status status = Status::compared; ///< the first that is not `compared` among its frames
     Tier tier = Tier::identical;      ///< the worst of its frames
     bool is_failed = false;           ///< above --fail-on, or not compared
+    int error_code = 0;               ///< exit code of what kept it from being compared; 0: nothing did
     std::string message;              ///< one sentence
     Cause cause = Cause::unknown;
     std::string cause_text;           ///< one sentence; empty if the cause is unknown

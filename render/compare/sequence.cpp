@@ -303,9 +303,7 @@ Case compare_sources(const std::string& name, const Source& reference, const Sou
         candidate.kind == SourceKind::frames && reference.kind == SourceKind::frames) {
         result.shift = find_shift(reference, candidate, settings);
     }
-    if (result.tier != Tier::identical) {
-        find_cause(reference, candidate, result);
-    }
+    find_cause(reference, candidate, result);
     result.message = result.is_sequence ? sequence_message(result) : result.frames.front().message;
     return result;
 }
@@ -391,7 +389,7 @@ void sum_up(Comparison& comparison) {
         const ExitCode now = result.status == Status::compared     ? ExitCode::changed
                              : result.status == Status::unreadable ? ExitCode::io
                                                                    : ExitCode::missing_or_size;
-        code = std::max(code, now);
+        code = std::max(code, result.error_code > 0 ? static_cast<ExitCode>(result.error_code) : now);
     }
     comparison.exit_code = static_cast<int>(code);
 }

@@ -85,9 +85,33 @@ void read_origin(const fs::path& folder, Source& source) {
         }
     }
     source.scene_text = text_of(run, "scene_text");
-    if (run.is_object() && run.contains("overrides")) {
-        source.scene_text += "\n" + run["overrides"].dump();
+    try {
+        source.overrides = run.is_object() ? run.value("overrides", source.overrides) : source.overrides;
+        origin.processor = text_of(run, "processor");
+        origin.shaders = run.is_object() ? run.value("shaders", origin.shaders) : origin.shaders;
+    } catch (const nlohmann::json::exception&) {
+        // Of another form: the cause stays unknown.
     }
+}
+
+/// "the drawing changed: other shaders: common_light.glsl"
+std::string drawing_text(const Origin& a, const Origin& b) {
+    std::string files;
+    for (const auto& [name, hash] : b.shaders) {
+        const auto before = a.shaders.find(name);
+        if (!a.shaders.empty() && (before == a.shaders.end() || before->second != hash)) {
+            files += (files.empty() ? " " : ", ") + name;
+        }
+    }
+    for (const auto& [name, hash] : a.shaders) {
+        if (!b.shaders.empty() && !b.shaders.contains(name)) {
+            files += (files.empty() ? " " : ", ") + name + " (gone)";
+        }
+    }
+    if (a.shaders_hash != b.shaders_hash) {
+        return "the drawing changed: same states, other shaders" + (files.empty() ? files : ":" + files);
+    }
+    return fmt::format("the program changed: same states and shaders, {} instead of {}", b.program, a.program);
 }
 
 } // namespace
@@ -138,7 +162,9 @@ void find_cause(const Source& reference, const Source& candidate, Case& result) 
     const auto both_differ = [](const std::string& x, const std::string& y) {
         return !x.empty() && !y.empty() && x != y;
     };
-    if (both_differ(reference.scene_text, candidate.scene_text)) {
+    const bool have_scenes = !reference.scene_text.empty() && !candidate.scene_text.empty();
+    if (have_scenes &&
+        (reference.scene_text != candidate.scene_text || reference.overrides != candidate.overrides)) {
         result.cause = Cause::scene;
         result.cause_text = "the two were made from other scenes or settings";
     } else if (both_differ(a.state_hash, b.state_hash)) {
@@ -147,12 +173,16 @@ void find_cause(const Source& reference, const Source& candidate, Case& result) 
                                         b.state_hash, a.state_hash);
     } else if (both_differ(a.shaders_hash, b.shaders_hash) || both_differ(a.program, b.program)) {
         result.cause = Cause::drawing;
-        result.cause_text =
-            "the drawing changed: same states, other shaders or another version of the program";
+        result.cause_text = drawing_text(a, b);
     } else if (both_differ(a.renderer, b.renderer)) {
         result.cause = Cause::machine;
         result.cause_text = fmt::format("another machine: same states and shaders, drawn by {}, before by {}",
                                         b.renderer, a.renderer);
+    }
+    if (result.tier == Tier::identical) {
+        const bool is_told = result.cause == Cause::scene || result.cause == Cause::simulation;
+        result.cause_text = is_told ? "equal pixels, but " + result.cause_text : std::string();
+        result.cause = is_told ? result.cause : Cause::unknown;
     }
 }
 

@@ -47,7 +47,8 @@ struct Source {
     std::filesystem::path path;                ///< the picture, the film, or the folder that holds the frames
     std::vector<std::string> names;            ///< of frames: files in path, sorted
     Origin origin;                             ///< of a run's folder
-    std::string scene_text;                    ///< of a run's folder: with all changes to it
+    std::string scene_text;                    ///< of a run's folder
+    std::vector<std::string> overrides;        ///< of a run's folder: changes to the scene, "dotted.key=value"
 };
 
 /// True for a film by its first bytes: MP4, Matroska, AVI. False if the file cannot be read.
@@ -57,7 +58,8 @@ bool is_film(const std::filesystem::path& path);
 /// holds neither pictures nor a film.
 Source find_source(const std::filesystem::path& path);
 
-/// Which of the two is why runs differ; sets cause and cause_text of `result` if the files beside them tell.
+/// Why runs differ; sets cause and cause_text of `result` if the files beside them tell. Of equal pictures only what
+/// should not be so: other scenes or states.
 void find_cause(const Source& reference, const Source& candidate, Case& result);
 
 } // namespace diff

@@ -111,7 +111,8 @@ void Film::start(ThreadGroup& threads) {
 
 bool Film::add(std::int64_t frame, std::shared_ptr<const sim::Snapshot> snapshot) {
     observe(*snapshot);
-    if (frame < settings_.first_frame) {
+    if (frame < settings_.first_frame ||
+        (!settings_.frames.empty() && !std::binary_search(settings_.frames.begin(), settings_.frames.end(), frame))) {
         return true;
     }
     return states_.push({frame, std::move(snapshot), note_taker_.notes()});

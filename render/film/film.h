@@ -37,6 +37,7 @@ struct FilmSettings {
     bool write_video = true;  ///< folder / <scene>.mp4
     bool keep_frames = false; ///< a frame whose file is there is read, not drawn again
     std::int64_t first_frame = 0; ///< frames before it are seen, for what later ones show of them, but not drawn
+    std::vector<std::int64_t> frames{}; ///< ascending; only these are drawn; empty: all
     bool write_bodies = false; ///< beside each frame that is drawn: which body each pixel shows
 };
 

@@ -60,16 +60,33 @@ std::string_view shader_text(std::string_view name) {
     return {};
 }
 
+namespace {
+
+/// FNV-1a, carried on over several texts.
+std::uint64_t carry_hash(std::uint64_t hash, std::string_view text) {
+    for (const char c : text) {
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+    }
+    return hash;
+}
+constexpr std::uint64_t hash_start = 0xcbf29ce484222325;
+
+} // namespace
+
 std::string shaders_hash() {
-    std::uint64_t hash = 0xcbf29ce484222325;
+    std::uint64_t hash = hash_start;
     for (const ShaderText& entry : shader_texts) {
-        for (const std::string_view part : {entry.name, entry.text}) {
-            for (const char c : part) {
-                hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-            }
-        }
+        hash = carry_hash(carry_hash(hash, entry.name), entry.text);
     }
     return fmt::format("{:016x}", hash);
+}
+
+std::map<std::string, std::string> shader_hashes() {
+    std::map<std::string, std::string> hashes;
+    for (const ShaderText& entry : shader_texts) {
+        hashes[std::string(entry.name)] = fmt::format("{:016x}", carry_hash(hash_start, entry.text));
+    }
+    return hashes;
 }
 
 Program::Program(std::string_view vertex, std::string_view fragment, const std::string& defines)

@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +17,9 @@ std::string_view shader_text(std::string_view name);
 
 /// FNV-1a of all files of shaders/, 16 hexadecimal digits: which drawing this program makes.
 std::string shaders_hash();
+
+/// The same of each file, by its name.
+std::map<std::string, std::string> shader_hashes();
 
 /// A linked program. Files may #include others of shaders/ by a line of its own.
 class Program {

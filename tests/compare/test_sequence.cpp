@@ -6,6 +6,7 @@
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 #include "tests/compare/painter.h"
+#include "tests/support/out_folder.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -24,7 +25,7 @@ protected:
     diff::Settings settings;
 
     void SetUp() override {
-        folder = fs::path(TUMBLE_OUT_DIR) / "test" / "compare" /
+        folder = test::out_folder("compare") /
                  testing::UnitTest::GetInstance()->current_test_info()->name();
         fs::remove_all(folder);
         fs::create_directories(folder / "a");

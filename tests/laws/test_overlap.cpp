@@ -2,6 +2,7 @@
 #include "sim/record/trajectory.h"
 #include "tests/laws/reference/overlap.h"
 #include "tests/laws/reference/trajectory_file.h"
+#include "tests/support/out_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -270,7 +271,8 @@ TEST(overlap, a_written_trajectory_is_read_without_the_code_that_wrote_it) {
     top.shape = sim::Compound{{{sim::Sphere{0.3}, {{0, 0, 0.1}, sim::Quat(1, 0, 0, 0)}},
                                {sim::Box{{0.1, 0.2, 0.3}}, {{1, 0, 0}, sim::Quat(0.5, 0.5, 0.5, 0.5)}}}};
     scene.bodies = {floor, top};
-    const std::filesystem::path path = std::filesystem::path(TUMBLE_OUT_DIR) / "test_overlap.h5";
+    std::filesystem::create_directories(test::out_folder(""));
+    const std::filesystem::path path = test::out_folder("overlap.h5");
     sim::TrajectoryWriter writer(path, scene);
     for (int record = 0; record < 3; ++record) {
         sim::Snapshot snapshot;

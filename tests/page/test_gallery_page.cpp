@@ -3,6 +3,7 @@
 #include "sim/base/file_io.h"
 #include "tests/page/browser.h"
 #include "tests/page/sample_report.h"
+#include "tests/support/out_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path out_dir = fs::path(TUMBLE_OUT_DIR) / "tests" / "page" / "gallery";
+const fs::path out_dir = test::out_folder("page/gallery");
 
 void write_sample_gallery() {
     fs::remove_all(out_dir);

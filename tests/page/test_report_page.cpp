@@ -3,6 +3,7 @@
 #include "sim/base/file_io.h"
 #include "tests/page/browser.h"
 #include "tests/page/sample_report.h"
+#include "tests/support/out_folder.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path out_dir = fs::path(TUMBLE_OUT_DIR) / "tests" / "page";
+const fs::path out_dir = test::out_folder("page");
 
 std::string url_of(const fs::path& page) {
     return "file://" + fs::absolute(page).string();

@@ -2,6 +2,7 @@
 /// Runs the built program in a folder of the test's own, on a scene of eight small frames.
 #include "render/film/film.h"
 #include "sim/base/file_io.h"
+#include "tests/support/out_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -47,7 +48,7 @@ protected:
     fs::path folder;
 
     void SetUp() override {
-        folder = fs::path(TUMBLE_OUT_DIR) / "test" / "program" /
+        folder = out_folder("program") /
                  testing::UnitTest::GetInstance()->current_test_info()->name();
         fs::remove_all(folder);
         fs::create_directories(folder);

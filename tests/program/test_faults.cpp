@@ -256,7 +256,7 @@ TEST_F(faults, damaged_files_are_told) {
               "printf '[[body]]\\nname=\"rock\"\\nshape={kind=\"hull\", "
               "file=\"rock.obj\"}\\ndensity=1000\\n' >hull.toml\n"
               "\"$TUMBLE\" compare a.png out/block/frames/frame_000001.png --calibrate >limits.json\n"
-              "\"$TUMBLE\" baseline update block.toml --size 64x36 --quiet --body-ids");
+              "\"$TUMBLE\" baseline update block.toml --size 64x36 --quiet");
     ASSERT_EQ(prepared.code, 0) << prepared.err;
     const Damage damages[] = {
         {"out/block/trajectory.h5",

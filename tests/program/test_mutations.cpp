@@ -8,6 +8,7 @@
 #include "sim/base/file_io.h"
 #include "sim/scene/file.h"
 #include "sim/world/world.h"
+#include "tests/support/out_folder.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -98,7 +99,8 @@ diff::Source draw(Drawing drawing, const fs::path& folder) {
     source.origin.state_hash = fmt::format("{:016x}", sim::state_hash(drawing.snapshot));
     source.origin.shaders_hash = render::shaders_hash() + drawing.settings.shader_lines + fmt::format("{}", drawing.settings.shadow_size);
     source.origin.renderer = renderer.renderer_string();
-    source.scene_text = drawing.scene.text + fmt::format("{}", fmt::join(drawing.scene.overrides, " "));
+    source.scene_text = drawing.scene.text;
+    source.overrides = drawing.scene.overrides;
     return source;
 }
 
@@ -152,7 +154,7 @@ diff::Picture sampled(const diff::Picture& large, int factor, const std::functio
 } // namespace
 
 TEST(mutations, deliberate_changes_are_caught_and_named) {
-    const fs::path folder = fs::path(TUMBLE_OUT_DIR) / "test" / "mutations";
+    const fs::path folder = test::out_folder("mutations");
     fs::remove_all(folder);
     for (const Change& change : changes) {
         SCOPED_TRACE(change.name);
@@ -168,6 +170,7 @@ TEST(mutations, deliberate_changes_are_caught_and_named) {
         diff::Frame& frame = result.frames[0];
         diff::compare_files({before.path, after.path}, {}, memory, frame);
         EXPECT_EQ(frame.tier, diff::Tier::changed) << frame.message;
+        result.tier = frame.tier;
         diff::find_cause(before, after, result);
         EXPECT_STREQ(diff::name_of(result.cause), diff::name_of(change.cause));
         if (change.body != nullptr) {

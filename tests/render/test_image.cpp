@@ -1,4 +1,5 @@
 #include "render/picture/image.h"
+#include "tests/support/out_folder.h"
 
 #include "sim/base/error.h"
 
@@ -10,7 +11,7 @@
 
 namespace {
 
-const std::filesystem::path out_dir = std::filesystem::path(TUMBLE_OUT_DIR) / "tests";
+const std::filesystem::path out_dir = test::out_folder("image");
 
 /// Every pixel differs from its neighbours, rows are no multiple of four bytes.
 render::Image gradient(int width, int height) {

@@ -1,4 +1,5 @@
 #include "render/film/video_writer.h"
+#include "tests/support/out_folder.h"
 
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
@@ -12,7 +13,7 @@ namespace fs = std::filesystem;
 namespace {
 
 fs::path fresh_folder() {
-    const fs::path folder = fs::path(TUMBLE_OUT_DIR) / "test" / "video_writer" /
+    const fs::path folder = test::out_folder("video_writer") /
                             testing::UnitTest::GetInstance()->current_test_info()->name();
     fs::remove_all(folder);
     fs::create_directories(folder);

@@ -1,6 +1,7 @@
 #include "sim/base/file_io.h"
 
 #include "sim/base/error.h"
+#include "tests/support/out_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,7 @@ namespace {
 
 /// An empty folder of this test's own.
 fs::path fresh_folder() {
-    const fs::path folder = fs::path(TUMBLE_OUT_DIR) / "test" / "file_io" /
+    const fs::path folder = test::out_folder("file_io") /
                             testing::UnitTest::GetInstance()->current_test_info()->name();
     fs::remove_all(folder);
     fs::create_directories(folder);

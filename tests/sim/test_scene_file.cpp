@@ -1,4 +1,5 @@
 #include "sim/scene/file.h"
+#include "tests/support/out_folder.h"
 
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
@@ -220,7 +221,7 @@ position = [0, 0, 2]
 
 /// Writes a scene and its OBJ file into a folder of the test's own, for tests run side by side; and loads it.
 SceneDef load_with_obj(const std::string& obj) {
-    const std::filesystem::path folder = std::filesystem::path(TUMBLE_OUT_DIR) / "test_obj" /
+    const std::filesystem::path folder = test::out_folder("obj") /
                                          testing::UnitTest::GetInstance()->current_test_info()->name();
     std::filesystem::create_directories(folder);
     write_file(folder / "rock.obj", obj);

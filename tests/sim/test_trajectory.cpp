@@ -1,4 +1,5 @@
 #include "sim/record/trajectory.h"
+#include "tests/support/out_folder.h"
 
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 fs::path fresh_folder() {
-    const fs::path folder = fs::path(TUMBLE_OUT_DIR) / "test" / "trajectory" /
+    const fs::path folder = test::out_folder("trajectory") /
                             testing::UnitTest::GetInstance()->current_test_info()->name();
     fs::remove_all(folder);
     fs::create_directories(folder);

@@ -1,0 +1,118 @@
+#include "render/cmd/baseline_place.h"
+
+#include "render/gl/context.h"
+#include "sim/base/error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+namespace cmd {
+
+namespace fs = std::filesystem;
+using sim::Error;
+using sim::ExitCode;
+
+namespace {
+
+bool has_record(const fs::path& folder) {
+    std::error_code error;
+    return fs::exists(folder / "baseline.json", error);
+}
+
+/// Names of a scene's baselines, without renderers, and a folder of each; those under way end in .part.
+std::map<std::string, fs::path> names_in(const fs::path& folder) {
+    std::map<std::string, fs::path> names;
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+        const std::string name = entry.path().filename().string();
+        if (!name.ends_with(".part") && !name.ends_with(".old") && has_record(entry.path())) {
+            names.emplace(name.substr(0, name.find('@')), entry.path());
+        }
+    }
+    return names;
+}
+
+/// The file that the baseline's record names; empty if it does not.
+fs::path scene_file_of(const fs::path& baselines, const fs::path& folder) {
+    try {
+        const std::optional<BaselineRecord> record = read_baseline_record(folder);
+        return record && !record->scene_file.empty() ? (baselines / record->scene_file).lexically_normal() : fs::path();
+    } catch (const Error&) {
+        return {}; // told where it is compared
+    }
+}
+
+} // namespace
+
+fs::path renderer_folder(const fs::path& baselines, const BaselinePlace& place, const std::string& gl) {
+    std::string suffix = render::renderer_string(gl);
+    for (char& c : suffix) {
+        const bool is_kept = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.';
+        c = is_kept ? c : '_';
+    }
+    return baselines / place.scene / (place.name + "@" + suffix);
+}
+
+fs::path machine_folder(const fs::path& baselines, const BaselinePlace& place, const std::string& gl) {
+    const fs::path own = renderer_folder(baselines, place, gl);
+    return has_record(own) ? own : place.folder;
+}
+
+std::vector<BaselinePlace> places_of(const fs::path& baselines, const std::string& scene_file,
+                                     const std::string& name) {
+    const std::string scene = fs::path(scene_file).stem().string();
+    std::map<std::string, fs::path> names = names_in(baselines / scene);
+    if (!name.empty() || names.empty()) {
+        names = {{name.empty() ? common_name : name, ""}};
+    }
+    std::vector<BaselinePlace> places;
+    for (const auto& [each, folder] : names) {
+        places.push_back({scene_file, scene, each, baselines / scene / each});
+    }
+    return places;
+}
+
+std::vector<BaselinePlace> all_places(const fs::path& baselines, const std::string& name) {
+    std::set<std::string> scenes;
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(baselines, error)) {
+        scenes.insert(entry.path().filename().string());
+    }
+    std::vector<BaselinePlace> places;
+    for (const std::string& scene : scenes) {
+        for (const auto& [each, folder] : names_in(baselines / scene)) {
+            if (name.empty() || name == each) {
+                places.push_back({scene_file_of(baselines, folder), scene, each, baselines / scene / each});
+            }
+        }
+    }
+    if (places.empty()) {
+        throw Error(ExitCode::missing_or_size,
+                    fmt::format("there are no baselines{} in {}: tumble baseline update SCENE.toml makes them",
+                                name.empty() ? "" : " of the name " + name, baselines.string()));
+    }
+    return places;
+}
+
+void replace_folder(const fs::path& fresh, const fs::path& folder) {
+    const fs::path old = folder.string() + ".old";
+    std::error_code error;
+    fs::remove_all(old, error);
+    fs::rename(folder, old, error);
+    if (error && error != std::errc::no_such_file_or_directory) {
+        throw Error(ExitCode::io, fmt::format("cannot replace {}: {}", folder.string(), error.message()));
+    }
+    fs::rename(fresh, folder, error);
+    if (error) {
+        const std::string reason = error.message();
+        fs::rename(old, folder, error);
+        throw Error(ExitCode::io, fmt::format("cannot replace {}: {}", folder.string(), reason));
+    }
+    fs::remove_all(old, error);
+}
+
+} // namespace cmd
