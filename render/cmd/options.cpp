@@ -1,11 +1,11 @@
 #include "render/cmd/options.h"
 
+#include "render/cmd/key_options.h"
 #include "render/cmd/usage.h"
 #include "render/film/film.h"
 #include "render/film/memory.h"
 #include "render/study/preset.h"
 #include "sim/base/error.h"
-#include "sim/base/rational.h"
 #include "sim/scene/file.h"
 #include "sim/scene/tree.h"
 
@@ -13,9 +13,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <thread>
@@ -26,63 +25,6 @@ using sim::Error;
 using sim::ExitCode;
 
 namespace {
-
-std::optional<long> parse_integer(std::string_view text) {
-    long value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) {
-        return std::nullopt;
-    }
-    return value;
-}
-
-[[noreturn]] void fail(const char* option, const std::string& text, const char* expected) {
-    throw Error(ExitCode::usage, fmt::format("{} '{}': expected {}", option, text, expected));
-}
-
-// Key and value as one assignment in TOML.
-std::string assign_integer(const char* key, const char* option, const std::string& text,
-                           const char* expected) {
-    const std::optional<long> value = parse_integer(text);
-    if (!value || *value < 0) {
-        fail(option, text, expected);
-    }
-    return fmt::format("{}={}", key, *value);
-}
-
-std::string assign_fraction(const char* key, const char* option, const std::string& text,
-                            const char* expected) {
-    const std::optional<sim::Rational> value = sim::parse_rational(text);
-    if (!value || value->num <= 0) {
-        fail(option, text, expected);
-    }
-    return value->den == 1 ? fmt::format("{}={}", key, value->num)
-                           : fmt::format("{}=\"{}/{}\"", key, value->num, value->den);
-}
-
-std::string assign_number(const char* key, const char* option, const std::string& text,
-                          const char* expected) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value) || value <= 0) {
-        fail(option, text, expected);
-    }
-    return fmt::format("{}={}", key, value);
-}
-
-// A text in TOML.
-std::string toml_text(std::string_view text) {
-    std::string result = "\"";
-    for (const char letter : text) {
-        const auto byte = static_cast<unsigned char>(letter);
-        if (byte < 0x20 || byte == 0x7f) {
-            result += fmt::format("\\u{:04x}", byte);
-        } else {
-            result += letter == '"' || letter == '\\' ? std::string("\\") + letter : std::string(1, letter);
-        }
-    }
-    return result + "\"";
-}
 
 // "; did you mean 'scenes/funnel.toml'?" if the file is not there, and one with nearly its name is.
 std::string nearest_file(const std::filesystem::path& path) {
@@ -100,17 +42,6 @@ std::string nearest_file(const std::filesystem::path& path) {
     }
     std::sort(names.begin(), names.end());
     return sim::near_miss(path.string(), names);
-}
-
-// "a,b" -> ["a", "b"].
-std::string toml_list(std::string_view words) {
-    std::string list;
-    while (!words.empty()) {
-        const std::size_t end = std::min(words.find(','), words.size());
-        list += (list.empty() ? "" : ", ") + toml_text(words.substr(0, end));
-        words.remove_prefix(std::min(end + 1, words.size()));
-    }
-    return "[" + list + "]";
 }
 
 // With all changes, and with the simulation's preset below them.
@@ -133,16 +64,6 @@ sim::SceneDef load_with_preset(const Options& options, const std::string& input)
 
 void add_options(CLI::App& verb, Options& options, Changes changes) {
     verb.add_option("--out", options.out, "Folder for the results")->type_name("DIR");
-    verb.add_option("--size", options.size, "Size of a frame [px], such as 1280x720")->type_name("WxH");
-    verb.add_option("--fps", options.fps, "Frames a second: a number or a fraction such as 24000/1001")
-        ->type_name("N");
-    verb.add_option("--duration", options.duration, "Length of the film [s]")->type_name("S");
-    verb.add_option("--camera", options.camera, "Name of the camera")->type_name("NAME");
-    verb.add_option("--show", options.show,
-                    "Over the picture, such as time,points,impulses; none: nothing; see overlay.show")
-        ->type_name("WORDS");
-    verb.add_option("--color-by", options.color_by, "look, material, body, speed, contacts or impulse")
-        ->type_name("WORD");
     const bool simulates = changes == Changes::everything;
     verb.add_option(
             "--preset", options.presets,
@@ -155,14 +76,7 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
         ->allow_extra_args(false)
         ->check(one_of(simulates ? std::vector<std::string>{"preview", "standard", "accurate", "draft", "final"}
                                 : std::vector<std::string>{"draft", "standard", "final"}));
-    if (simulates) {
-        verb.add_option("--time-step", options.time_step, "Time step h [s]")->type_name("S");
-        verb.add_option("--tolerance", options.tolerance, "Largest gap error and overlap [m]")
-            ->type_name("M");
-        verb.add_option("--record-every", options.record_every,
-                        "Steps a record of the trajectory; 0: one record a frame")
-            ->type_name("N");
-    }
+    add_key_options(verb, options, changes);
     verb.add_option("--threads", options.threads,
                     "Threads of the simulation, else one a core; the result does not depend on it")
         ->type_name("N")
@@ -277,76 +191,10 @@ std::string simulation_preset(const Options& options) {
 std::vector<std::string> overrides_of(const Options& options) {
     std::vector<std::string> overrides = options.assignments;
     if (const std::string preset = picture_preset(options); !preset.empty()) {
-        overrides.push_back("output.preset=" + toml_text(preset));
+        overrides.push_back("output.preset=\"" + preset + "\"");
     }
-    if (!options.size.empty()) {
-        constexpr const char* expected = "width and height in pixels such as 1280x720";
-        const std::size_t cross = options.size.find('x');
-        if (cross == std::string::npos || !parse_integer(options.size.substr(0, cross)) ||
-            !parse_integer(options.size.substr(cross + 1))) {
-            fail("--size", options.size, expected);
-        }
-        overrides.push_back("output.width=" + options.size.substr(0, cross));
-        overrides.push_back("output.height=" + options.size.substr(cross + 1));
-    }
-    if (!options.fps.empty()) {
-        overrides.push_back(assign_fraction("output.fps", "--fps", options.fps,
-                                            "a number or a fraction such as 24000/1001, > 0"));
-    }
-    if (!options.duration.empty()) {
-        overrides.push_back(
-            assign_fraction("output.duration", "--duration", options.duration, "a number of seconds > 0"));
-    }
-    if (!options.time_step.empty()) {
-        overrides.push_back(assign_fraction("simulation.time_step", "--time-step", options.time_step,
-                                            "a number of seconds > 0"));
-    }
-    if (!options.tolerance.empty()) {
-        overrides.push_back(assign_number("simulation.tolerance", "--tolerance", options.tolerance,
-                                          "a number of metres > 0"));
-    }
-    if (!options.camera.empty()) {
-        overrides.push_back("output.camera=" + toml_text(options.camera));
-    }
-    if (!options.show.empty()) {
-        overrides.push_back("overlay.show=" + (options.show == "none" ? "[]" : toml_list(options.show)));
-    }
-    if (!options.color_by.empty()) {
-        overrides.push_back("overlay.color_by=" + toml_text(options.color_by));
-    }
-    if (!options.record_every.empty()) {
-        overrides.push_back(assign_integer("output.record_every", "--record-every", options.record_every,
-                                           "a number of steps >= 0"));
-    }
+    std::ranges::move(key_overrides(options), std::back_inserter(overrides));
     return overrides;
-}
-
-std::string as_typed(const std::string& message, const Options& options) {
-    struct Typed {
-        const char* key;
-        const char* option;
-        std::string Options::*value;
-    };
-    constexpr Typed typed[] = {{"output.width", "--size", &Options::size},
-                               {"output.height", "--size", &Options::size},
-                               {"output.fps", "--fps", &Options::fps},
-                               {"output.duration", "--duration", &Options::duration},
-                               {"simulation.time_step", "--time-step", &Options::time_step},
-                               {"simulation.tolerance", "--tolerance", &Options::tolerance},
-                               {"output.camera", "--camera", &Options::camera},
-                               {"overlay.show", "--show", &Options::show},
-                               {"overlay.color_by", "--color-by", &Options::color_by},
-                               {"output.record_every", "--record-every", &Options::record_every}};
-    const std::vector<std::string> overrides = overrides_of(options);
-    for (std::size_t i = options.assignments.size(); i < overrides.size(); ++i) {
-        const std::string prefix = "--set " + overrides[i] + ": ";
-        for (const Typed& t : typed) {
-            if (message.starts_with(prefix) && overrides[i].starts_with(std::string(t.key) + "=")) {
-                return fmt::format("{} {}: {}", t.option, options.*t.value, message.substr(prefix.size()));
-            }
-        }
-    }
-    return message;
 }
 
 sim::SceneDef load_scene(const std::string& path, const Options& options) {

@@ -79,10 +79,6 @@ std::string simulation_preset(const Options& options);
 /// with an option is told by its own name.
 sim::SceneDef load_scene(const std::string& path, const Options& options);
 
-/// A message about one of overrides_of(), "--set output.width=0: ...", as the user typed it: "--size 0x36:
-/// ...".
-std::string as_typed(const std::string& message, const Options& options);
-
 /// Throws Error before anything is made: stopped if memory cannot hold the scene's pictures, usage if the film's encoder
 /// is not there or refuses them.
 void require_film(const sim::SceneDef& scene);

@@ -1,4 +1,5 @@
 /// tumble render: pictures and film of an earlier simulation.
+#include "render/cmd/key_options.h"
 #include "render/cmd/options.h"
 #include "render/cmd/run_record.h"
 #include "render/cmd/supervise.h"
