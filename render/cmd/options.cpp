@@ -63,7 +63,10 @@ sim::SceneDef load_with_preset(const Options& options, const std::string& input)
 } // namespace
 
 void add_options(CLI::App& verb, Options& options, Changes changes) {
-    verb.add_option("--out", options.out, "Folder for the results")->type_name("DIR");
+    verb.add_option("--out", options.out,
+                    changes == Changes::everything ? "Folder for the results, DIR/SCENE/; out/SCENE/ if not given"
+                                                   : "Folder for the results; the one that is read if not given")
+        ->type_name("DIR");
     const bool simulates = changes == Changes::everything;
     verb.add_option(
             "--preset", options.presets,
