@@ -113,22 +113,22 @@ struct BatchSweep {
 double sweep_batches(const BatchSweep& sweep);
 
 /// Impulses p_t, p_n [N s] of a BatchPoint: as the last sweep began, and as the one before it ended.
-struct CarriedPoint {
+struct ExtrapolatedPoint {
     Lanes begun[3];
     Lanes swept[3];
 };
 
-/// Impulses of batches, carried on after a sweep.
-struct BatchCarry {
+/// Impulses of batches, extrapolated after a sweep.
+struct BatchExtrapolation {
     const BlockBatch* batches = nullptr;
     std::size_t batch_count = 0;
     BatchPoint* points = nullptr;
-    CarriedPoint* carried = nullptr; ///< of the same points
-    double* along = nullptr;    ///< [batch_count] then see Momentum::next: only this is found; null: they are carried on
-    double momentum = 0.0;      ///< [-] share of the last sweep's step that is repeated
+    ExtrapolatedPoint* before = nullptr;  ///< of the same points
+    double* along = nullptr;    ///< [batch_count] then see Extrapolation::next: only this is found; null: they are extrapolated
+    double share = 0.0;         ///< [-] share of the last sweep's step that is repeated
     double* velocity = nullptr; ///< rows as in BatchSweep
     double* activity = nullptr; ///< see BatchSweep
 };
-void carry_batches(const BatchCarry& carry);
+void extrapolate_batches(const BatchExtrapolation& work);
 
 } // namespace sim

@@ -330,8 +330,8 @@ void Blocks::wake() {
             activity_[static_cast<std::size_t>(batch.a[lane])] = activity_[static_cast<std::size_t>(batch.b[lane])] = 0.0;
         }
     }
-    carried_.clear();
-    momentum_.begin();
+    extrapolated_.clear();
+    extrapolation_.begin();
     sweeps_ = 0;
     progress_ = std::numeric_limits<double>::infinity();
     stalls_ = false;
@@ -492,37 +492,37 @@ bool Blocks::solve_stalled(std::span<Velocity> velocity) {
 }
 
 /// Repeats a share of what the last sweep did, or begins to watch what sweeps do.
-void Blocks::carry_on(std::span<Velocity> velocity) {
-    if (carried_.empty()) {
+void Blocks::extrapolate(std::span<Velocity> velocity) {
+    if (extrapolated_.empty()) {
         for (const BatchPoint& point : points) {
-            CarriedPoint& carried = carried_.emplace_back();
-            carried = {{point.p_t[0], point.p_t[1], point.p_n}, {point.p_t[0], point.p_t[1], point.p_n}};
+            ExtrapolatedPoint& before = extrapolated_.emplace_back();
+            before = {{point.p_t[0], point.p_t[1], point.p_n}, {point.p_t[0], point.p_t[1], point.p_n}};
         }
-        momentum_.start(change_);
+        extrapolation_.start(change_);
         return;
     }
-    const auto carry = [&](std::size_t first, std::size_t last, double* along, double momentum) {
-        carry_batches({.batches = batches.data() + first,
+    const auto work = [&](std::size_t first, std::size_t last, double* along, double share_of_step) {
+        extrapolate_batches({.batches = batches.data() + first,
                        .batch_count = last - first,
                        .points = points.data(),
-                       .carried = carried_.data(),
+                       .before = extrapolated_.data(),
                        .along = along,
-                       .momentum = momentum,
+                       .share = share_of_step,
                        .velocity = velocity.front().v.data(),
                        .activity = activity_.data()});
     };
     along_.resize(batches.size());
-    share(batches.size(), [&](std::size_t first, std::size_t last) { carry(first, last, along_.data() + first, 0.0); });
-    const double momentum = momentum_.next(std::accumulate(along_.begin(), along_.end(), 0.0), change_);
-    share_colours([&](std::size_t first, std::size_t last) { carry(first, last, nullptr, momentum); });
+    share(batches.size(), [&](std::size_t first, std::size_t last) { work(first, last, along_.data() + first, 0.0); });
+    const double share_of_step = extrapolation_.next(std::accumulate(along_.begin(), along_.end(), 0.0), change_);
+    share_colours([&](std::size_t first, std::size_t last) { work(first, last, nullptr, share_of_step); });
 }
 
 double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack, int projections) {
     const bool is_due = sweeps_ > 0 && sweeps_ % newton_period == 0;
     ++sweeps_;
     const bool is_small = is_due && solve_stalled(velocity);
-    if (momentum_.carries() && !is_small) {
-        carry_on(velocity);
+    if (extrapolation_.is_due() && !is_small) {
+        extrapolate(velocity);
     }
     std::atomic<double> worst = 0.0;
     share_colours([&](std::size_t first, std::size_t last) {

@@ -10,7 +10,7 @@
 /// proportion to them, and symmetry is kept. The equations stand in solve.h.
 #include "sim/base/workers.h"
 #include "sim/block/batch.h"
-#include "sim/block/momentum.h"
+#include "sim/block/extrapolation.h"
 #include "sim/block/newton.h"
 #include "sim/collide/manifold.h"
 
@@ -98,13 +98,11 @@ inline constexpr std::size_t least_shared = 32;
 /// With fewer batches of a colour it is not worth while to share them among threads.
 inline constexpr std::size_t least_batches = 4;
 
-/// Sweeps of a solve [-] before any is extrapolated. With 10 the funnel's impacts take a few less, with 6 rows of fallen
-/// dominoes many more.
-inline constexpr int plain_sweeps = 14;
+/// Blocks are passed over while their bodies changed by less than this share [-] of the iteration's tolerance.
+inline constexpr double skip_share = 0.2;
 
-/// Sweep of a solve [-] after which none is extrapolated: in a row of 200 fallen dominoes the extrapolation that has not
-/// led to the end by then goes in circles.
-inline constexpr int last_carried = 600;
+/// Targets that a rigid motion misses by this share [-] of the iteration's tolerance are met on average.
+inline constexpr double slack_share = 0.1;
 
 /// Sweeps [-] before a step of Newton's method, and between two: enough to find out who carries load.
 inline constexpr int newton_period = 4;
@@ -216,7 +214,7 @@ private:
     std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
     void make_batches(const std::vector<Place>& places);
     void fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity);
-    void carry_on(std::span<Velocity> velocity);
+    void extrapolate(std::span<Velocity> velocity);
     void find_islands();
     bool solve_stalled(std::span<Velocity> velocity);
     double unsettled_change(const Island& island) const;
@@ -226,10 +224,10 @@ private:
 
     std::vector<std::size_t> colours_; ///< ends of the ranges of batches of which no two move the same body
     std::vector<double> activity_; ///< [body_count] of those in blocks: sum of the velocity changes of their blocks [m/s]
-    std::vector<CarriedPoint> carried_; ///< [points]
+    std::vector<ExtrapolatedPoint> extrapolated_; ///< [points]
     std::vector<std::uint64_t> used_;   ///< [body_count] bit k: a block of colour k moves it
     std::vector<BodyRows> rows_;        ///< [body_count]
-    std::vector<double> along_;         ///< [batches] see Momentum::next
+    std::vector<double> along_;         ///< [batches] see Extrapolation::next
     double change_ = 0.0;               ///< [m/s] by the last sweep
     int sweeps_ = 0;                    ///< since wake()
     double progress_ = 0.0;             ///< [m/s] change_ of stall_period sweeps ago
@@ -237,7 +235,7 @@ private:
     std::vector<Island> islands_;       ///< once asked for
     std::vector<int> root_;             ///< [body_count] memory of find_islands()
     IslandNewton newton_;
-    Momentum momentum_{plain_sweeps, last_carried};
+    Extrapolation extrapolation_;
 };
 
 inline Vec3 vector_in_lane(const Lanes* from, std::size_t lane) {

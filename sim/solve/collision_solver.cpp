@@ -17,12 +17,6 @@ constexpr int first_repeated_pass = 8;
 constexpr double passes_per_impact = 4.0;
 constexpr int collision_pass_limit = 400; // then the contacts that still approach are left to the resting solve
 
-/// Blocks are passed over while their bodies changed by less than this share [-] of the velocity tolerance.
-constexpr double collision_skip_share = 0.2;
-
-/// Targets that a rigid motion misses by this share [-] of the velocity tolerance are met on average.
-constexpr double collision_slack_share = 0.1;
-
 /// Kinetic energy a pass may add to rounding, as a share [-] of the energy before it.
 constexpr double energy_rounding = 1e-13;
 
@@ -154,9 +148,9 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             }
         }
         for (std::size_t i = 0; i < near.size(); ++i) {
-            if (i + ahead_pairs < near.size()) {
-                for (const Contact& contact : pairs[near[i + ahead_pairs]].manifold.contacts) {
-                    fetch(&contact.at, sizeof(contact.at));
+            if (i + prefetch_pairs < near.size()) {
+                for (const Contact& contact : pairs[near[i + prefetch_pairs]].manifold.contacts) {
+                    prefetch(&contact.at, sizeof(contact.at));
                 }
             }
             const std::size_t k = near[i];
@@ -206,12 +200,12 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
 int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {
     int count = 0;
     const double stalled = stall_share * settings.tolerance / settings.time_step.value();
-    const double skip = joints_.empty() ? collision_skip_share * settings.velocity_tolerance : -1.0;
+    const double skip = joints_.empty() ? skip_share * settings.velocity_tolerance : -1.0;
     loop_.wake();
     double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
-        change = loop_.sweep(velocity, skip, collision_slack_share * settings.velocity_tolerance,
+        change = loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance,
                              projections_in(count, change, settings.velocity_tolerance));
         const bool is_settled = change <= settings.velocity_tolerance || (loop_.stalls() && change <= stalled);
         converged = is_settled &&

@@ -73,7 +73,7 @@ void sum_up(PairContacts& pair) {
     }
 }
 
-void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
+void apply_half_kicks(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
                   std::span<Velocity> velocity) {
     for (const PairContacts& pair : pairs) {
         const auto a = static_cast<std::size_t>(pair.manifold.body_a);

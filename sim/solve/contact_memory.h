@@ -37,10 +37,10 @@ struct PairContacts {
 };
 
 /// Pairs for whose contacts is asked ahead of their turn, by trial with the funnel: they lie anywhere in memory.
-inline constexpr std::size_t ahead_pairs = 3;
+inline constexpr std::size_t prefetch_pairs = 3;
 
 /// Asks for `size` bytes from `from` on.
-inline void fetch(const void* from, std::size_t size) {
+inline void prefetch(const void* from, std::size_t size) {
     constexpr std::size_t cache_line = 64; // bytes
     for (std::size_t at = 0; at < size; at += cache_line) {
         __builtin_prefetch(static_cast<const char*>(from) + at);
@@ -56,7 +56,7 @@ void sum_up(PairContacts& pair);
 
 /// Adds to the velocities before the next impulses what they lack to be those at the instant: the owed impulses. Only
 /// pairs with a body in `only` [body_count] unless that is empty.
-void pay_contacts(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
+void apply_half_kicks(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
                   std::span<Velocity> velocity);
 
 } // namespace sim

@@ -40,13 +40,8 @@ constexpr int settling_sweeps = 8;
 constexpr double settling_share = 0.1;
 constexpr double settled_change = 1e-5;
 
-/// Blocks are passed over while their bodies changed by less than this share [-] of the iteration's tolerance, and less
-/// than that share of the change of the sweep before.
-constexpr double skip_share = 0.2;
+/// And less than this share [-] of the change of the sweep before; see skip_share.
 constexpr double last_share = 0.05;
-
-/// Targets that a rigid motion misses by this share [-] of the iteration's tolerance are met on average.
-constexpr double slack_share = 0.1;
 
 /// The gap errors left by one linear solve may be this share [-] of the tolerance before it is repeated at
 /// the predicted poses.

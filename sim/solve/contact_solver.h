@@ -49,7 +49,7 @@ public:
 
     /// Blocks for all contacts of `pairs` at the poses of `bodies`, warm-started. `bodies.velocity` are those
     /// at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.
-    /// `pairs` and what they hold stay where they are until remember(), but for pairs that are added, or dropped.
+    /// `pairs` and what they hold stay where they are until store_impulses(), but for pairs that are added, or dropped.
     void prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                  std::span<const JointMemory> joint_memory, const StepSettings& settings, double h);
 
@@ -67,7 +67,7 @@ public:
                              std::span<const Joint> joints);
 
     /// Stores impulses, marks and leftover slip in the pairs' memory.
-    void remember(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<JointMemory> joint_memory);
+    void store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<JointMemory> joint_memory);
 
     /// Of the joints under the impulses found: see JointSolver::fastest_rate() [rad/s].
     double joint_rate(const Bodies& bodies);

@@ -52,7 +52,7 @@ void ContactSolver::find_hit_bodies(const Bodies& bodies) {
     }
 }
 
-void ContactSolver::remember(const Bodies& bodies, std::vector<PairContacts>& pairs,
+void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs,
                              std::span<JointMemory> joint_memory) {
     for (PairContacts& pair : pairs) {
         for (std::size_t i = 0; !all_in_solve_ && i < pair.memory.size(); ++i) {
@@ -60,14 +60,14 @@ void ContactSolver::remember(const Bodies& bodies, std::vector<PairContacts>& pa
             memory = {.id = memory.id, .core_a = memory.core_a, .slip = memory.slip};
         }
     }
-    joints_.remember(joint_memory);
+    joints_.store_impulses(joint_memory);
     for (std::size_t i = 0; i < joint_memory.size(); ++i) {
         joint_memory[i].owed = 0.5 * h_ / impulse_interval(joint_weight_[i], h_);
         joint_memory[i].last_interval = h_;
     }
     find_hit_bodies(bodies);
     loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
-        work_on_batches(RestPhase::remember, first, last);
+        work_on_batches(RestPhase::store, first, last);
     });
 }
 

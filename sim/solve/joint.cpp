@@ -215,7 +215,7 @@ void JointSolver::apply(const Row& row, double p, std::span<Velocity> velocity) 
     b.w -= p * row.turn_b;
 }
 
-void JointSolver::pay(std::span<const JointMemory> memory, std::span<const char> only,
+void JointSolver::apply_half_kick(std::span<const JointMemory> memory, std::span<const char> only,
                       std::span<Velocity> velocity) const {
     for (const Row& row : rows_) {
         const JointMemory& joint = memory[static_cast<std::size_t>(row.joint)];
@@ -232,7 +232,7 @@ void JointSolver::add_weighted(std::span<const double> weight, std::span<Velocit
     }
 }
 
-void JointSolver::remember(std::span<JointMemory> memory) const {
+void JointSolver::store_impulses(std::span<JointMemory> memory) const {
     for (const Row& row : rows_) {
         memory[static_cast<std::size_t>(row.joint)].impulse[static_cast<std::size_t>(row.index)] = row.sum;
     }

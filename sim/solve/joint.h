@@ -59,14 +59,14 @@ public:
 
     /// Adds the owed share of the impulses in `memory` at the present poses; only joints of a body in `only`
     /// [body_count] unless that is empty.
-    void pay(std::span<const JointMemory> memory, std::span<const char> only,
+    void apply_half_kick(std::span<const JointMemory> memory, std::span<const char> only,
              std::span<Velocity> velocity) const;
 
     /// Adds `weight` [joint_count] times the impulses of this solve.
     void add_weighted(std::span<const double> weight, std::span<Velocity> velocity) const;
 
     /// Writes the impulses of this solve to `memory`.
-    void remember(std::span<JointMemory> memory) const;
+    void store_impulses(std::span<JointMemory> memory) const;
 
     /// Rate [rad/s] of the fastest motion that the joints' forces allow beside their own rows, as across a taut chain:
     /// the largest |eigenvalue| of M^-1 K, K the geometric stiffness of the impulses of this solve, each spread over

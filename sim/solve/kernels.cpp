@@ -52,7 +52,7 @@ bool has_avx2() {
 
 CHOOSE_KERNEL(double, block, BatchSweep)
 CHOOSE_KERNEL(double, check, BatchCheck)
-CHOOSE_KERNEL(void, carry, BatchCarry)
+CHOOSE_KERNEL(void, extrapolate, BatchExtrapolation)
 CHOOSE_KERNEL(void, prepare, BatchPreparation)
 CHOOSE_KERNEL(void, axes, AxesSearch)
 CHOOSE_KERNEL(double, rest, RestWork)
@@ -61,8 +61,8 @@ double sweep_batches(const BatchSweep& sweep) {
     return block_kernel()(sweep);
 }
 
-void carry_batches(const BatchCarry& carry) {
-    carry_kernel()(carry);
+void extrapolate_batches(const BatchExtrapolation& work) {
+    extrapolate_kernel()(work);
 }
 
 double check_batches(const BatchCheck& check) {

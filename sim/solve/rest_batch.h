@@ -52,7 +52,7 @@ enum class RestPhase {
     start,   ///< gap targets, and impulses of the last interval
     apply,   ///< gives the bodies the impulses
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]
-    remember ///< what the contacts hand to the next interval
+    store    ///< what the contacts hand to the next interval
 };
 
 struct RestWork {

@@ -287,7 +287,7 @@ LANES_INLINE void scatter_rows(double* const* to, int offset, unsigned lanes, Re
 }
 
 /// What the contacts of the batch hand to the next interval.
-LANES_INLINE void remember(const RestWork& work, const BlockBatch& batch, const RestBlock& block, const BatchPoint* points,
+LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, const RestBlock& block, const BatchPoint* points,
                            RestPoint* rest) {
     const RestRules& rules = *work.rules;
     const double h = rules.h;
@@ -361,8 +361,8 @@ double KERNEL(const RestWork& work) {
             start(work, batch, points, rest);
         } else if (work.phase == RestPhase::apply) {
             apply(work, batch, points);
-        } else if (work.phase == RestPhase::remember) {
-            remember(work, batch, block, points, rest);
+        } else if (work.phase == RestPhase::store) {
+            store_impulses(work, batch, block, points, rest);
         } else {
             Lanes errors;
             store(errors, measure(work, batch, block, points, rest, work.only == nullptr ? ~0u : work.only[i]));

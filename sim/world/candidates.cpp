@@ -15,7 +15,7 @@ constexpr double search_share = 0.01;
 constexpr double wide_box = 3.0;
 
 /// Where no more than this share [-] of the bodies came near the ends of the boxes they were given, others keep theirs.
-constexpr double few_astray = 0.25;
+constexpr double few_escaped = 0.25;
 
 /// Pairs are searched for in a frame that moves with the bodies where that makes their speeds less than this share [-].
 constexpr double frame_share = 0.5;
@@ -83,31 +83,31 @@ void WorldState::find_reach() {
 }
 
 /// May body i leave the box it was given, by its `reach`?
-bool WorldState::is_astray(std::size_t i) const {
+bool WorldState::has_escaped(std::size_t i) const {
     return moved_by(bodies.props[i], searched_pose[i], bodies.pose[i], search_drift) + reach[i] > searched_reach[i];
 }
 
 /// Pairs of bodies that may touch while each moves by up to its `reach` from its present pose: the last search still
-/// tells those of bodies that are not astray.
+/// tells those of bodies that are not escaped.
 void WorldState::find_candidates() {
     const bool is_first = searched_pose.size() != reported_count;
-    astray.clear();
+    escaped.clear();
     for (std::size_t i = 0; !is_first && i < reported_count; ++i) {
-        if (is_astray(i) || searched_reach[i] > wide_box * search_reach(i)) {
-            astray.push_back(static_cast<int>(i));
+        if (has_escaped(i) || searched_reach[i] > wide_box * search_reach(i)) {
+            escaped.push_back(static_cast<int>(i));
         }
     }
-    if (is_first || are_many_astray() || searched_again > reported_count) {
+    if (is_first || have_many_escaped() || searched_again > reported_count) {
         search_frame = common_velocity(std::span(bodies.props).first(reported_count), bodies.velocity);
         find_reach();
         find_all_candidates();
     } else {
-        find_candidates_of_astray();
+        find_candidates_of_escaped();
     }
 }
 
-bool WorldState::are_many_astray() const {
-    return static_cast<double>(astray.size()) > few_astray * static_cast<double>(reported_count);
+bool WorldState::have_many_escaped() const {
+    return static_cast<double>(escaped.size()) > few_escaped * static_cast<double>(reported_count);
 }
 
 /// How far body i may move before its pairs are searched for again [m].
@@ -145,12 +145,12 @@ void WorldState::find_all_candidates() {
     add_candidates();
 }
 
-void WorldState::find_candidates_of_astray() {
-    if (astray.empty()) {
+void WorldState::find_candidates_of_escaped() {
+    if (escaped.empty()) {
         return;
     }
-    searched_again += astray.size();
-    for (const int i : astray) {
+    searched_again += escaped.size();
+    for (const int i : escaped) {
         set_search_box(static_cast<std::size_t>(i));
         is_unseen[static_cast<std::size_t>(i)] = 1;
     }
@@ -163,7 +163,7 @@ void WorldState::find_candidates_of_astray() {
         }
         return is_old;
     });
-    broad_phase.find_pairs_of(astray, boxes, found_pairs);
+    broad_phase.find_pairs_of(escaped, boxes, found_pairs);
     add_candidates();
 }
 

@@ -191,10 +191,10 @@ void WorldState::find_contacts(StepReport& report) {
             take_known_pairs(first, last, found);
             std::vector<Contact> contacts;
             for (std::size_t i = first; i < last; ++i) {
-                if (i + ahead_pairs < last) {
-                    const PairContacts& pair = found[i + ahead_pairs];
-                    fetch(pair.memory.data(), pair.memory.size() * sizeof(ContactMemory));
-                    fetch(pair.manifold.contacts.data(), pair.manifold.contacts.size() * sizeof(Contact));
+                if (i + prefetch_pairs < last) {
+                    const PairContacts& pair = found[i + prefetch_pairs];
+                    prefetch(pair.memory.data(), pair.memory.size() * sizeof(ContactMemory));
+                    prefetch(pair.manifold.contacts.data(), pair.manifold.contacts.size() * sizeof(Contact));
                 }
                 find_pair_contacts(near[i], contacts, found[i]);
             }
@@ -269,7 +269,7 @@ void WorldState::check_pairs() {
     const std::span<const Pose> planned = contact_solver.predicted();
     // An impulse may throw a body farther than its velocity before told.
     const Vec3 drift = search_drift_in(interval);
-    astray.clear();
+    escaped.clear();
     for (const std::size_t i : contact_solver.solved_bodies()) {
         if (i >= reported_count) {
             continue;
@@ -277,12 +277,12 @@ void WorldState::check_pairs() {
         const double throw_of = moved_by(bodies.props[i], bodies.pose[i], planned[i], drift);
         if (throw_of > reach[i]) {
             reach[i] = reach_growth * throw_of;
-            if (is_astray(i)) {
-                astray.push_back(static_cast<int>(i));
+            if (has_escaped(i)) {
+                escaped.push_back(static_cast<int>(i));
             }
         }
     }
-    are_many_astray() ? find_all_candidates() : find_candidates_of_astray();
+    have_many_escaped() ? find_all_candidates() : find_candidates_of_escaped();
     checked_pose.resize(reported_count);
     place_boxes(planned, [&](std::size_t i) {
         const bool is_moved =

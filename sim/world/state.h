@@ -51,11 +51,11 @@ struct WorldState {
     void move(StepReport& report);
     Vec3 search_drift_in(double t) const;
     void find_reach();
-    bool is_astray(std::size_t i) const;
-    bool are_many_astray() const;
+    bool has_escaped(std::size_t i) const;
+    bool have_many_escaped() const;
     void find_candidates();
     void find_all_candidates();
-    void find_candidates_of_astray();
+    void find_candidates_of_escaped();
     double search_reach(std::size_t i) const;
     void set_search_box(std::size_t i);
     void add_candidates();
@@ -136,7 +136,7 @@ struct WorldState {
     Vec3 search_drift = Vec3::Zero();   ///< [m] it went since then
     std::vector<Pose> searched_pose;    ///< in that frame, when each body's pairs were searched for
     std::vector<double> searched_reach; ///< [m] that each body may be away from there
-    std::vector<int> astray;            ///< bodies whose pairs have to be searched for again
+    std::vector<int> escaped;            ///< bodies whose pairs have to be searched for again
     std::vector<Bounds> boxes;
     std::size_t searched_again = 0;    ///< bodies, one by one, since all were searched for
     std::vector<BodyPair> found_pairs; ///< by the last search

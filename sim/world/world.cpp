@@ -170,16 +170,16 @@ void WorldState::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
     at_node = bodies.velocity;
     joint_rows.prepare(bodies, joints);
-    joint_rows.pay(joint_memory, {}, at_node);
-    pay_contacts(bodies, pairs, {}, at_node);
+    joint_rows.apply_half_kick(joint_memory, {}, at_node);
+    apply_half_kicks(bodies, pairs, {}, at_node);
     const std::vector<Velocity> before = at_node;
     std::vector<char> touched;
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
     const CollisionReport result =
         collision_solver.resolve(bodies, pairs, joints, settings, at_node, touched);
     if (result.collisions > 0) {
-        joint_rows.pay(joint_memory, touched, bodies.velocity);
-        pay_contacts(bodies, pairs, touched, bodies.velocity);
+        joint_rows.apply_half_kick(joint_memory, touched, bodies.velocity);
+        apply_half_kicks(bodies, pairs, touched, bodies.velocity);
         for (std::size_t i = 0; i < at_node.size(); ++i) {
             if (touched[i] == 0) {
                 continue;
@@ -285,7 +285,7 @@ void WorldState::plan(StepReport& report) {
         ++stops;
         ++report.impacts_stopped_at;
     }
-    contact_solver.remember(bodies, pairs, joint_memory);
+    contact_solver.store_impulses(bodies, pairs, joint_memory);
     joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
 }
 

@@ -45,7 +45,7 @@ struct Stack {
     void solve() {
         solver.prepare(bodies, pairs, {}, {}, settings, h);
         report = solver.solve(bodies, pairs, {});
-        solver.remember(bodies, pairs, {});
+        solver.store_impulses(bodies, pairs, {});
     }
     double load(std::size_t pair) const {
         double sum = 0.0;

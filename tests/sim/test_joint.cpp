@@ -131,10 +131,10 @@ TEST(joint, impulses_remembered_are_those_applied) {
     std::vector<Velocity> solved = bodies.velocity;
     solver.solve(solved);
     std::vector<JointMemory> memory(1);
-    solver.remember(memory);
+    solver.store_impulses(memory);
     memory[0].owed = 1.0;
     std::vector<Velocity> paid = bodies.velocity;
-    solver.pay(memory, {}, paid);
+    solver.apply_half_kick(memory, {}, paid);
     std::vector<Velocity> weighted = bodies.velocity;
     solver.add_weighted(std::vector{1.0}, weighted);
     for (std::size_t i = 0; i < 2; ++i) {
@@ -143,7 +143,7 @@ TEST(joint, impulses_remembered_are_those_applied) {
         EXPECT_LE((weighted[i].w - solved[i].w).norm(), 1e-12);
     }
     std::vector<Velocity> untouched = bodies.velocity;
-    solver.pay(memory, std::vector<char>{0, 0, 1}, untouched); // the joint has no body of these
+    solver.apply_half_kick(memory, std::vector<char>{0, 0, 1}, untouched); // the joint has no body of these
     EXPECT_EQ(untouched[0].v, bodies.velocity[0].v);
 }
 

@@ -1,4 +1,4 @@
-/// Impulses of batches carried on beyond a sweep, eight blocks at a time: TogetherSweeps::carry_on() is the readable form.
+/// Impulses of batches extrapolated beyond a sweep, eight blocks at a time; see extrapolation.h.
 /// Compiled once for each instruction set; KERNEL names it.
 #include "sim/base/lanes.h"
 #include "sim/block/batch.h"
@@ -10,13 +10,13 @@ LANES_INLINE Real3 impulse_of(const BatchPoint& point) {
     return {load(point.p_t[0]), load(point.p_t[1]), load(point.p_n)};
 }
 
-/// A batch's share of what Momentum::next() asks for.
-LANES_INLINE double along_step(const BatchCarry& carry, const BlockBatch& batch) {
+/// A batch's share of what Extrapolation::next() asks for.
+LANES_INLINE double along_step(const BatchExtrapolation& work, const BlockBatch& batch) {
     Real sum = real(0.0);
     for (int k = batch.first; k < batch.first + batch.count; ++k) {
-        const Real3 now = impulse_of(carry.points[k]);
-        const CarriedPoint& carried = carry.carried[k];
-        sum += dot(now - load3(carried.begun), now - load3(carried.swept));
+        const Real3 now = impulse_of(work.points[k]);
+        const ExtrapolatedPoint& before = work.before[k];
+        sum += dot(now - load3(before.begun), now - load3(before.swept));
     }
     Lanes sums;
     store(sums, sum);
@@ -39,20 +39,21 @@ LANES_INLINE void add_activity(double* activity, const int* body, unsigned moves
 }
 
 /// Repeats a share of what the last sweep did to the impulses of a batch, and gives its bodies the difference.
-LANES_INLINE void carry_batch(const BatchCarry& carry, const BlockBatch& batch) {
+LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, const BlockBatch& batch) {
     const Real zero = real(0.0);
     Real3 force{zero, zero, zero};
     Real3 moment{zero, zero, zero};
     for (int k = batch.first; k < batch.first + batch.count; ++k) {
-        BatchPoint& point = carry.points[k];
-        CarriedPoint& carried = carry.carried[k];
+        BatchPoint& point = work.points[k];
+        ExtrapolatedPoint& before = work.before[k];
         const Real x = load(point.x);
         const Real y = load(point.y);
         const Real3 now = impulse_of(point);
-        const Real3 added = real(carry.momentum) * (now - load3(carried.swept));
+        Real3 added = real(work.share) * (now - load3(before.swept));
+        added.z = max(added.z, -now.z); // never a pull: eq. 2, 3
         const Real3 next = now + added;
-        store3(carried.swept, now);
-        store3(carried.begun, next);
+        store3(before.swept, now);
+        store3(before.begun, next);
         store(point.p_t[0], next.x);
         store(point.p_t[1], next.y);
         store(point.p_n, next.z);
@@ -68,20 +69,20 @@ LANES_INLINE void carry_batch(const BatchCarry& carry, const BlockBatch& batch) 
     const Real3 r_b = load3(batch.r_b);
     const Push push_a(batch.inverse_mass_a, batch.inverse_inertia_a, r_a, p, l);
     const Push push_b(batch.inverse_mass_b, batch.inverse_inertia_b, r_b, -p, -l);
-    push_bodies(carry.velocity, batch.a, batch.moves_a, push_a);
-    push_bodies(carry.velocity, batch.b, batch.moves_b, push_b);
-    add_activity(carry.activity, batch.a, batch.moves_a, push_a, r_a);
-    add_activity(carry.activity, batch.b, batch.moves_b, push_b, r_b);
+    push_bodies(work.velocity, batch.a, batch.moves_a, push_a);
+    push_bodies(work.velocity, batch.b, batch.moves_b, push_b);
+    add_activity(work.activity, batch.a, batch.moves_a, push_a, r_a);
+    add_activity(work.activity, batch.b, batch.moves_b, push_b, r_b);
 }
 
 } // namespace
 
-void KERNEL(const BatchCarry& carry) {
-    for (std::size_t i = 0; i < carry.batch_count; ++i) {
-        if (carry.along != nullptr) {
-            carry.along[i] = along_step(carry, carry.batches[i]);
+void KERNEL(const BatchExtrapolation& work) {
+    for (std::size_t i = 0; i < work.batch_count; ++i) {
+        if (work.along != nullptr) {
+            work.along[i] = along_step(work, work.batches[i]);
         } else {
-            carry_batch(carry, carry.batches[i]);
+            extrapolate_batch(work, work.batches[i]);
         }
     }
 }
