@@ -1,5 +1,5 @@
 #pragma once
-/// One block in each lane, solved with all others held: the equations of block_solve.cpp, which is the readable form.
+/// One block in each lane, solved with all others held: eq. 1 to 6 for all points of the block at once.
 /// Included by block_kernel.cpp only, once for each instruction set.
 #include "sim/base/lanes.h"
 #include "sim/block/batch.h"
