@@ -145,6 +145,10 @@ void ContactSolver::drop_contacts(const Bodies& bodies, int pair) {
     all_in_solve_ = false;
     for (Block& block : loop_.blocks) {
         if (block.count > 0 && block.pair == pair) {
+            const BlockBatch& batch = loop_.batch_of(block);
+            for (int k = batch.first; k < batch.first + batch.count; ++k) {
+                rest_points_[static_cast<std::size_t>(k)].memory[Blocks::lane_of(block)] = &no_memory.p_n;
+            }
             loop_.drop(block, bodies, velocity_);
         }
     }
