@@ -1,5 +1,5 @@
 /// The inner pieces alone: manifolds and axes of two boxes, the search for pairs, one sweep, a call of libccd.
-#include "sim/block/contact_block.h"
+#include "sim/block/blocks.h"
 #include "sim/collide/broad_phase.h"
 #include "sim/collide/narrow_phase.h"
 #include "sim/model/integrate.h"
@@ -134,22 +134,29 @@ void one_sweep(benchmark::State& state) {
         bodies.velocity.push_back({Vec3(0.01 * (i % 3), 0.0, -0.1 * (i % 5)), Vec3::Zero()});
         bodies.inverse_inertia.push_back(sim::inverse_inertia_world(bodies.props.back(), Quat::Identity()));
     }
-    sim::ContactBlocks loop;
-    std::vector<sim::Contact> contacts;
+    sim::Blocks loop;
+    std::vector<std::vector<sim::Contact>> contacts(static_cast<std::size_t>(n * n * n - n * n));
     for (int i = 0; i + n * n < n * n * n; ++i) {
         const auto lower = static_cast<std::size_t>(i);
         const auto upper = static_cast<std::size_t>(i + n * n);
-        sim::find_contacts(def.shape, bodies.pose[lower], def.shape, bodies.pose[upper], 1e-3, contacts);
-        std::vector<sim::ContactGeometry> geometry;
-        for (const sim::Contact& contact : contacts) {
-            geometry.push_back(contact.at);
+        std::vector<sim::Contact>& own = contacts[lower];
+        sim::find_contacts(def.shape, bodies.pose[lower], def.shape, bodies.pose[upper], 1e-3, own);
+        sim::Block like;
+        like.a = i;
+        like.b = i + n * n;
+        like.mu_s = like.mu_d = 0.1;
+        const std::size_t first = loop.contacts.size();
+        for (std::size_t k = 0; k < own.size(); ++k) {
+            loop.contacts.push_back({&own[k], static_cast<int>(k)});
         }
-        loop.append(bodies, i, i + n * n, geometry, {0.0, 0.1, 0.1});
+        const std::size_t place = loop.blocks.size();
+        loop.blocks.resize(place + sim::block_count(own));
+        loop.split(place, first, loop.contacts.size(), like);
     }
-    loop.arrange(bodies);
-    loop.load_batches(bodies);
+    loop.arrange(bodies, 0, bodies.velocity);
     std::vector<sim::Velocity> velocity = bodies.velocity;
     for (auto _ : state) {
+        loop.wake(); // as the first of a solve: neither extrapolated nor finished by Newton's method
         benchmark::DoNotOptimize(loop.sweep(velocity, -1.0, 1e-3, 1));
     }
     state.SetLabel("blocks " + std::to_string(loop.blocks.size()));
