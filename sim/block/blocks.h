@@ -108,8 +108,8 @@ inline constexpr double slack_share = 0.1;
 inline constexpr int newton_period = 4;
 
 /// Bodies [-] of an island, or loops of blocks in it, up to which a factorisation is cheaper than the sweeps that it saves:
-/// a tower's factors are as sparse as its matrix, those of a dense heap are not.
-inline constexpr std::size_t newton_bodies = 256;
+/// a tower's factors are as sparse as its matrix, those of a dense heap of 256 take a tenth of a second.
+inline constexpr std::size_t newton_bodies = 64;
 inline constexpr std::size_t newton_loops = 64;
 
 /// Sweeps [-] that do not halve the change stall; high towers without Newton's method need that many.
