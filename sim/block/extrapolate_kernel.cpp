@@ -49,8 +49,7 @@ LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, const BlockB
         const Real x = load(point.x);
         const Real y = load(point.y);
         const Real3 now = impulse_of(point);
-        Real3 added = real(work.share) * (now - load3(before.swept));
-        added.z = max(added.z, -now.z); // never a pull: eq. 2, 3
+        const Real3 added = real(work.share) * (now - load3(before.swept)); // may pull until the next visit: eq. 3 holds there
         const Real3 next = now + added;
         store3(before.swept, now);
         store3(before.begun, next);
