@@ -518,7 +518,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
 }
 
 double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack, int projections) {
-    const bool is_due = sweeps_ > 0 && sweeps_ % newton_period == 0;
+    const bool is_due = sweeps_ >= first_newton && sweeps_ % newton_period == 0;
     ++sweeps_;
     const bool is_small = is_due && solve_stalled(velocity);
     if (extrapolation_.is_due() && !is_small) {

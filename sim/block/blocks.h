@@ -104,8 +104,10 @@ inline constexpr double skip_share = 0.2;
 /// Targets that a rigid motion misses by this share [-] of the iteration's tolerance are met on average.
 inline constexpr double slack_share = 0.1;
 
-/// Sweeps [-] before a step of Newton's method, and between two: enough to find out who carries load.
+/// Sweeps [-] between two steps of Newton's method: enough to find out who carries load; and before the first: the funnel's
+/// small islands on the floor settle within them at less cost.
 inline constexpr int newton_period = 4;
+inline constexpr int first_newton = 12;
 
 /// Bodies [-] of an island, or loops of blocks in it, up to which a factorisation is cheaper than the sweeps that it saves:
 /// a tower's factors are as sparse as its matrix, those of a dense heap of 256 take a tenth of a second.
