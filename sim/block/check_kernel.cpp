@@ -1,4 +1,4 @@
-/// What is left of the gaps' errors, eight blocks at a time. The readable form is ContactSolver::measure_again.
+/// What is left of the gaps' errors, eight blocks at a time.
 /// Compiled once for each instruction set; KERNEL names it.
 #include "sim/base/lanes.h"
 #include "sim/block/batch.h"

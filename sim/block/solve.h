@@ -390,7 +390,7 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_
         const Real s1 = u1 - load(points[k].u_t_target[0]);
         const Real s2 = u2 - load(points[k].u_t_target[1]);
         // The sliding direction at t0, between the velocities before and after the impulses; nearer to stopping
-        // in this step, its slip tells the direction (see slid_impulse in block_solve.cpp).
+        // in this step, its slip tells the direction.
         const Real before1 = start.x - start.z * y[k];
         const Real before2 = start.y + start.z * x[k];
         const Real at1 = before1 + weight * (u1 - before1);
