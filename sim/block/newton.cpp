@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <cmath>
 
 namespace sim {
@@ -297,8 +298,12 @@ void IslandNewton::step(Blocks& loop, const Island& island, std::span<const Body
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         place_[static_cast<std::size_t>(island.bodies[i])] = static_cast<int>(i);
     }
-    for (const int block : island.blocks) {
-        add_block(loop, block, island.compliance, velocity);
+    const auto inverse_mass = [&](int body) { return rows[static_cast<std::size_t>(body)].x[3]; };
+    const double least = inverse_mass(*std::ranges::min_element(island.bodies, {}, inverse_mass));
+    for (const int i : island.blocks) {
+        const Block& block = loop.blocks[static_cast<std::size_t>(i)];
+        const double own = std::max(inverse_mass(block.a), inverse_mass(block.b));
+        add_block(loop, i, island.compliance * least / own, velocity);
     }
     assemble(loop, rows, island);
     if (factors_.info() == Eigen::Success) {

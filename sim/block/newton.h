@@ -35,8 +35,9 @@ class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction
     /// is held. rows: bodies as the interval begins [body_count].
-    /// island.compliance: of an equation, as a share [-] of the response of its own block. Where blocks ask for more than
-    /// rigid bodies can do, a step throws loads by about the inverse of that share.
+    /// island.compliance: of an equation, as a share [-] of the response that its block would have if the heaviest body of
+    /// the island were its lighter one: nothing gives way under a heavy load. Where blocks ask for more than rigid bodies
+    /// can do, a step throws loads by about the inverse of that share.
     void step(Blocks& loop, const Island& island, std::span<const BodyRows> rows, std::span<Velocity> velocity);
 
 private:

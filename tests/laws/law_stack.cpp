@@ -1,0 +1,71 @@
+/// Stacks at the default settings: what they cost depends neither on masses nor on the accuracy asked for.
+#include "tests/laws/law_scene.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace laws;
+
+/// Ten cubes with offsets of some centimetres; ratio: by which the topmost is heavier.
+sim::SceneDef stack(double ratio) {
+    constexpr int count = 10;
+    sim::SceneDef scene;
+    scene.name = "law";
+    const sim::MaterialDef surface = material(0.0, 0.5);
+    add_plane(scene, Quat::Identity(), surface);
+    for (int i = 0; i < count; ++i) {
+        const Vec3 at(0.04 * std::sin(2.0 * i), 0.04 * std::cos(3.0 * i), 0.5 + i);
+        add_box(scene, Vec3::Constant(0.5), {at, Quat::Identity()}, surface, i + 1 == count ? 1000.0 * ratio : 1000.0);
+    }
+    return scene;
+}
+
+struct Cost {
+    int sweeps = 0;
+    int unconverged = 0; ///< steps
+    double speed = 0.0;  ///< [m/s] at the end, largest
+};
+
+Cost cost_of(const sim::SceneDef& scene) {
+    Cost cost;
+    sim::World world(scene);
+    run(world, scene, 0.3, [&](const sim::Snapshot& snapshot, const sim::StepReport& report) {
+        cost.sweeps += report.contact_iterations + report.collision_iterations;
+        cost.unconverged += report.at_iteration_limit ? 1 : 0;
+        cost.speed = 0.0;
+        for (const sim::BodySnapshot& body : snapshot.bodies) {
+            cost.speed = std::max(cost.speed, body.velocity.norm());
+        }
+        return true;
+    });
+    return cost;
+}
+
+TEST(law_stack, under_ten_thousand_times_its_mass_needs_no_more_sweeps) {
+    const Cost equal = cost_of(stack(1.0));
+    for (const double ratio : {1e2, 1e4}) {
+        const Cost cost = cost_of(stack(ratio));
+        record({fmt::format("stack of ten, {:g} : 1 on top", ratio), "sweeps, times those of 1 : 1", 1e-3,
+                static_cast<double>(cost.sweeps) / equal.sweeps, 2.0});
+        EXPECT_LE(cost.sweeps, 2 * equal.sweeps) << ratio;
+        EXPECT_EQ(cost.unconverged, 0) << ratio;
+        EXPECT_LE(cost.speed, 1e-4) << ratio;
+    }
+}
+
+TEST(law_stack, solved_to_1e_10_metres_a_second_costs_little_more_than_to_1e_4) {
+    sim::SceneDef scene = stack(1.0);
+    scene.step.velocity_tolerance = 1e-4;
+    const Cost rough = cost_of(scene);
+    scene.step.velocity_tolerance = 1e-10;
+    const Cost fine = cost_of(scene);
+    record({"stack of ten", "sweeps to 1e-10 m/s, times those to 1e-4", 1e-3,
+            static_cast<double>(fine.sweeps) / rough.sweeps, 2.0});
+    EXPECT_LE(fine.sweeps, 2 * rough.sweeps);
+    EXPECT_EQ(fine.unconverged, 0);
+    EXPECT_LE(fine.speed, 1e-6);
+}
+
+} // namespace
