@@ -13,6 +13,7 @@
 #include "sim/world/world.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>

@@ -8,6 +8,7 @@
 #include "sim/scene/tree.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 #include "sim/scene/tree.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>

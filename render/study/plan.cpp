@@ -4,6 +4,7 @@
 #include "sim/scene/file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>

@@ -4,6 +4,7 @@
 #include "sim/model/polytope.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <numbers>
 

@@ -7,6 +7,7 @@
 #include "sim/model/polytope.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

@@ -3,6 +3,7 @@
 #include "sim/base/error.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <toml++/toml.h>
 
 #include <algorithm>

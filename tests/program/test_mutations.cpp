@@ -11,6 +11,7 @@
 #include "tests/support/out_folder.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
