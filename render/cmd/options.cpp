@@ -100,6 +100,11 @@ void add_frame_options(CLI::App& verb, Options& options) {
                   "Beside each frame which body each pixel shows: tumble compare then names bodies");
     verb.add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
     add_gl_option(verb, options.gl);
+    add_placement_options(verb, options.placement);
+    verb.add_option("--slices", options.placement.slices,
+                    "With --on slurm: tasks that draw the film; so many that each has 20 s of work, if not given")
+        ->type_name("N")
+        ->check(whole_number(1, 1000));
     verb.add_flag("--portable", options.is_portable,
                   "The same pictures on processors with and without fused multiply-add; slower");
 }

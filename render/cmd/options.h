@@ -1,5 +1,6 @@
 #pragma once
 /// What the user asks for on the command line.
+#include "render/cmd/slurm.h"
 #include "render/film/stills.h"
 #include "sim/model/scene_def.h"
 
@@ -39,6 +40,7 @@ struct Options {
     bool has_body_ids = false; ///< which body each pixel shows, beside the frames
     std::string gl;            ///< what draws; empty: what the scene says
     bool is_portable = false;  ///< pictures as processors without fused multiply-add draw them
+    Placement placement; ///< of the work
     bool is_quiet = false;
 };
 
@@ -59,7 +61,7 @@ FrameRange frame_range(const Options& options, std::int64_t frame_count);
 
 /// Adds the options of one verb. `options` must outlive the parsing.
 void add_options(CLI::App& verb, Options& options, Changes changes);
-/// --frames, --resume, --gl and --portable.
+/// --frames, --resume, --gl, --portable and where the work is done.
 void add_frame_options(CLI::App& verb, Options& options);
 /// --gl alone.
 void add_gl_option(CLI::App& verb, std::string& gl);
@@ -79,8 +81,8 @@ std::string simulation_preset(const Options& options);
 /// with an option is told by its own name.
 sim::SceneDef load_scene(const std::string& path, const Options& options);
 
-/// Throws Error before anything is made: stopped if memory cannot hold the scene's pictures, usage if the film's encoder
-/// is not there or refuses them.
+/// Throws Error before anything is made: stopped if memory cannot hold the scene's pictures, usage if the film's
+/// encoder is not there or refuses them.
 void require_film(const sim::SceneDef& scene);
 
 /// Threads to simulate with, >= 1: those asked for, else one a core. Those that draw at the same time share the cores.

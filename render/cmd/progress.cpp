@@ -51,7 +51,7 @@ std::string Progress::line(std::int64_t done) const {
     return text;
 }
 
-void Progress::update(std::int64_t done) {
+void Progress::update(std::int64_t done, const std::string& note) {
     const Clock::time_point now = Clock::now();
     if (is_quiet_ || now - last_print_ < (is_terminal_ ? Clock::duration(terminal_interval) : log_interval)) {
         return;
@@ -65,7 +65,7 @@ void Progress::update(std::int64_t done) {
     }
     last_print_ = now;
     // "\r" to the line's beginning, "\x1b[K" clears what was longer.
-    const std::string text = line(done);
+    const std::string text = line(done) + note;
     if (is_terminal_) {
         std::fprintf(stderr, "\r%s\x1b[K", text.c_str());
     } else {

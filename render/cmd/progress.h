@@ -12,8 +12,8 @@ public:
     /// label: the scene; unit: "frames" or "steps"; total >= 1.
     Progress(std::string label, std::string unit, std::int64_t total, bool is_quiet);
 
-    /// Called often; prints when it is time to.
-    void update(std::int64_t done);
+    /// Called often; prints when it is time to. note: what follows on the line.
+    void update(std::int64_t done, const std::string& note = "");
     /// The same where the total grows.
     void update(std::int64_t done, std::int64_t total) {
         total_ = total;

@@ -1,4 +1,5 @@
 /// tumble render: pictures and film of an earlier simulation.
+#include "render/cmd/elsewhere.h"
 #include "render/cmd/key_options.h"
 #include "render/cmd/options.h"
 #include "render/cmd/run_record.h"
@@ -108,6 +109,10 @@ void render_trajectory(const Options& options) {
     const bool is_slice = !options.frames.empty();
 
     const fs::path folder = options.out.empty() ? path.parent_path() : options.out / fs::path(scene.name);
+    if (is_elsewhere(options.placement)) {
+        render_elsewhere(scene, folder.empty() ? "." : folder, options);
+        return;
+    }
     const Workplace workplace(folder.empty() ? "." : folder,
                               is_slice ? Sharing::with_slices : Sharing::alone);
     const bool has_video = !options.no_video && !is_slice;

@@ -1,5 +1,6 @@
 /// tumble run and tumble simulate: one scene after the other; within a scene, simulation, drawing, PNG and
 /// film each in a thread.
+#include "render/cmd/elsewhere.h"
 #include "render/cmd/options.h"
 #include "render/cmd/run_record.h"
 #include "render/cmd/simulation.h"
@@ -224,6 +225,10 @@ void run_all(const Options& options, bool has_pictures) {
         if (has_pictures) {
             require_film(scenes.back());
         }
+    }
+    if (is_elsewhere(options.placement)) {
+        run_scenes_elsewhere(scenes, options);
+        return;
     }
     for (const sim::SceneDef& scene : scenes) {
         if (options.frames.empty()) {

@@ -9,7 +9,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <array>
+#include <cstdlib>
 #include <regex>
+#include <unistd.h>
 
 namespace cmd {
 
@@ -17,10 +20,19 @@ namespace fs = std::filesystem;
 
 namespace {
 
+std::string node_name() {
+    if (const char* name = std::getenv("SLURMD_NODENAME")) {
+        return name;
+    }
+    std::array<char, 256> name{};
+    return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
 RunRecord record_of(const sim::SceneDef& scene) {
     return {"tumble " TUMBLE_VERSION,
             render::renderer_string(scene.output.gl),
             render::processor_class(),
+            node_name(),
             render::shaders_hash(),
             scene.name,
             scene.text,
@@ -35,10 +47,10 @@ std::string without_width(const std::string& renderer) {
 
 /// Throws Error (io).
 void write_run_record(const fs::path& folder, const RunRecord& record) {
-    const nlohmann::ordered_json json = {{"program", record.program},       {"renderer", record.renderer},
-                                         {"processor", record.processor},   {"shaders_hash", record.shaders},
-                                         {"scene_name", record.scene_name}, {"overrides", record.overrides},
-                                         {"shaders", record.shader_files},
+    const nlohmann::ordered_json json = {{"program", record.program},      {"renderer", record.renderer},
+                                         {"processor", record.processor},  {"node", record.node},
+                                         {"shaders_hash", record.shaders}, {"scene_name", record.scene_name},
+                                         {"overrides", record.overrides}, {"shaders", record.shader_files},
                                          {"scene_text", record.scene_text}};
     // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
     sim::write_file(folder / run_record_name,
@@ -58,7 +70,9 @@ std::string record_difference(const RunRecord& now, const RunRecord& before) {
         return fmt::format("the shaders have the hash {}, they had {}", now.shaders, before.shaders);
     }
     if (now.processor != before.processor) {
-        return fmt::format("this processor is {}, it was {}", now.processor, before.processor);
+        return fmt::format("the processor of {} is {}, of {} it was {}; with --portable both draw the same, and "
+                           "--slurm --constraint=... keeps to nodes of one kind",
+                           now.node, now.processor, before.node, before.processor);
     }
     return sim::scene_difference({now.scene_text, now.overrides}, {before.scene_text, before.overrides});
 }
@@ -73,6 +87,7 @@ std::optional<RunRecord> read_run_record(const fs::path& folder) {
     try {
         const nlohmann::json json = nlohmann::json::parse(text);
         return RunRecord{json.at("program"),      json.at("renderer"),   json.at("processor"),
+                         json.value("node", "another machine"),
                          json.at("shaders_hash"), json.at("scene_name"), json.at("scene_text"),
                          json.at("overrides")};
     } catch (const nlohmann::json::exception&) {

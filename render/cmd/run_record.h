@@ -17,6 +17,7 @@ struct RunRecord {
     std::string program;   ///< "tumble 0.1.0"
     std::string renderer;  ///< OpenGL's name and version
     std::string processor; ///< what else the pictures' bytes depend on
+    std::string node;      ///< name of the machine
     std::string shaders;   ///< hash of their texts
     std::string scene_name;
     std::string scene_text;             ///< the scene file as read

@@ -31,6 +31,7 @@ struct Study {
     const StudyOptions& options;
     std::span<const study::EngineKind> engines;
     study::Plan plan;
+    study::Request request{};
     fs::path folder{};
     std::string program{};                   ///< hash of this program: another one computes anew
     std::vector<study::Motion> references{}; ///< a seed each
@@ -121,11 +122,19 @@ CrewSettings crew_settings(const Study& study, const std::string& what) {
             .is_quiet = study.options.is_quiet};
 }
 
-/// Computes what is missing of `tasks` and reads all of it.
-std::vector<study::Point> points_of(const Study& study, const std::vector<study::Task>& tasks,
-                                    const std::string& what) {
+/// Every count-th task, from `first` on.
+struct Part {
+    bool is_of_references = false;
+    std::size_t first = 0;
+    std::size_t count = 1;
+};
+
+/// Computes what is missing of a part of the tasks.
+void compute_points(const Study& study, const std::vector<study::Task>& tasks, const Part& part,
+                    const std::string& what) {
     std::vector<Job> jobs;
-    for (const study::Task& task : tasks) {
+    for (std::size_t i = part.first; i < tasks.size(); i += part.count) {
+        const study::Task& task = tasks[i];
         if (!kept_point(study, task)) {
             const auto seed = static_cast<std::size_t>(task.seed);
             jobs.push_back(job_of(study, task, study.references.empty() ? nullptr : &study.references[seed]));
@@ -134,6 +143,12 @@ std::vector<study::Point> points_of(const Study& study, const std::vector<study:
     // The dearest first: none is left to run alone at the end.
     std::stable_sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) { return a.steps > b.steps; });
     run_jobs(jobs, crew_settings(study, what));
+}
+
+/// Computes what is missing of `tasks` and reads all of it.
+std::vector<study::Point> points_of(const Study& study, const std::vector<study::Task>& tasks,
+                                    const std::string& what) {
+    compute_points(study, tasks, {}, what);
     std::vector<study::Point> points;
     for (const study::Task& task : tasks) {
         const auto point =
@@ -207,15 +222,97 @@ void print_front(const study::Plan& plan, const study::Table& table, const fs::p
     }
 }
 
+/// "points:3/25". Throws Error (usage).
+Part parse_part(const std::string& text) {
+    int first = -1, count = 0, used = 0;
+    const std::size_t colon = std::min(text.find(':'), text.size());
+    const std::string word = text.substr(0, colon);
+    if ((word != "references" && word != "points") ||
+        std::sscanf(text.c_str() + colon, ":%5d/%5d%n", &first, &count, &used) != 2 ||
+        colon + static_cast<std::size_t>(used) != text.size() || first < 0 || first >= count) {
+        throw sim::Error(sim::ExitCode::usage,
+                         fmt::format("--part '{}': expected references:K/N or points:K/N with 0 <= K < N", text));
+    }
+    return {word == "references", static_cast<std::size_t>(first), static_cast<std::size_t>(count)};
+}
+
+/// A task of a cluster: others compute other parts into the folder meanwhile.
+void study_part(Study& study, const Part& part) {
+    const Workplace workplace(study.folder, Sharing::with_slices);
+    fs::create_directories(study.folder / "points");
+    if (part.is_of_references) {
+        compute_points(study, study.plan.references, part, "a part of the converged solution");
+        return;
+    }
+    find_references(study);
+    compute_points(study, study.plan.tasks, part, "a part of the points");
+}
+
+/// The stage of a cluster's work that computes these tasks, some in each of its own.
+BatchStage batch_stage(const Study& study, const std::vector<study::Task>& tasks, const std::string& word,
+                       std::size_t tasks_each, const std::string& command) {
+    const std::size_t count = std::max<std::size_t>(1, (tasks.size() + tasks_each - 1) / tasks_each);
+    BatchStage stage{.name = word, .count = static_cast<int>(count)};
+    stage.commands = fmt::format("{} --part {}:$n/{} --jobs \"$cores\" --quiet", command, word, count);
+    for (std::size_t n = 0; n < count; ++n) {
+        for (std::size_t i = n; i < tasks.size(); i += count) {
+            if (!kept_point(study, tasks[i])) {
+                stage.missing.push_back(static_cast<int>(n));
+                break;
+            }
+        }
+    }
+    return stage;
+}
+
+/// All points are computed by a cluster, or are to be. False if its jobs are left to themselves.
+bool compute_elsewhere(const Study& study) {
+    constexpr std::size_t points_each = 8; // the start of a task and reading the references are small beside them
+    const StudyOptions& options = study.options;
+    std::string command = program_word() + " study " + shell_word(study.plan.scene_file);
+    for (const std::string& assignment : study.request.overrides) {
+        command += " --set " + shell_word(assignment);
+    }
+    if (!options.request.knobs.empty()) {
+        command += " --knobs " + shell_word(fmt::format("{}", fmt::join(options.request.knobs, ",")));
+    }
+    command += fmt::format(" --seeds {} --limit {} --out {}", options.request.seeds, options.limit,
+                           shell_word(study.folder.parent_path().string()));
+    Batch batch{.name = study.plan.scene.name, .folder = study.folder};
+    if (!study.plan.references.empty()) {
+        batch.stages.push_back(batch_stage(study, study.plan.references, "references", 1, command));
+    }
+    batch.stages.push_back(batch_stage(study, study.plan.tasks, "points", points_each, command));
+    const auto done = [&study] {
+        std::int64_t count = 0;
+        for (const auto* tasks : {&study.plan.references, &study.plan.tasks}) {
+            count += std::count_if(tasks->begin(), tasks->end(), [&](const study::Task& task) {
+                return fs::exists(point_path(study, task));
+            });
+        }
+        return count;
+    };
+    const auto total = static_cast<std::int64_t>(study.plan.references.size() + study.plan.tasks.size());
+    return run_batches({batch}, options.placement,
+                       {.unit = "points", .total = total, .done = done, .is_quiet = options.is_quiet});
+}
+
 void study_scene(const StudyOptions& options, std::span<const study::EngineKind> engines, const std::string& scene) {
     study::Request request = options.request;
     request.scene = scene;
     if (!options.duration.empty()) {
         request.overrides.push_back("output.duration=\"" + options.duration + "\"");
     }
-    Study study{.options = options, .engines = engines, .plan = study::make_plan(request, engines)};
+    Study study{.options = options, .engines = engines, .plan = study::make_plan(request, engines), .request = request};
     study.folder = fs::path(options.out.empty() ? "out/study" : options.out) / study.plan.scene.name;
     study.program = sim::sha256_of_file("/proc/self/exe");
+    if (!options.part.empty()) {
+        study_part(study, parse_part(options.part));
+        return;
+    }
+    if (is_elsewhere(options.placement) && !compute_elsewhere(study)) {
+        return;
+    }
     const Workplace workplace(study.folder);
     fs::create_directories(study.folder / "points");
     find_references(study);
@@ -274,6 +371,9 @@ void add_study_options(CLI::App& verb, StudyOptions& options) {
     verb.add_option("--set", options.request.overrides, "Sets any key of the scene, for all points")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
+    verb.add_option("--part", options.part, "A cluster's task: points:K/N, every N-th from K on; references:K/N")
+        ->type_name("PART");
+    add_placement_options(verb, options.placement);
     verb.add_flag("!--no-film", options.has_films, "No film of points side by side");
     verb.add_flag("--quiet", options.is_quiet, "Only errors are printed");
 }

@@ -1,5 +1,6 @@
 #pragma once
 /// tumble study: what settings of a scene cost and how wrong they are.
+#include "render/cmd/slurm.h"
 #include "render/study/engine.h"
 #include "render/study/plan.h"
 
@@ -20,6 +21,8 @@ struct StudyOptions {
     std::string duration;   ///< [s]
     int jobs = 0;           ///< processes; 0: one a core
     int limit = 600;        ///< [s] of processor time a point
+    std::string part;       ///< "points:K/N": every N-th, from K on, and no tables; empty: all
+    Placement placement;    ///< of the work
     bool has_films = true;
     bool is_quiet = false;
 };

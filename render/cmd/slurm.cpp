@@ -1,0 +1,538 @@
+#include "render/cmd/slurm.h"
+
+#include "render/cmd/interrupt.h"
+#include "render/cmd/progress.h"
+#include "render/cmd/usage.h"
+#include "sim/base/error.h"
+#include "sim/base/file_io.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <sys/wait.h>
+#include <thread>
+
+namespace cmd {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using sim::Error;
+using sim::ExitCode;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// A controller that is asked more often than this by many users has little time for jobs.
+constexpr auto question_interval = 2s;
+// So long without an answer, and the controller counts as gone. What is done on disk is seen meanwhile.
+constexpr auto most_silence = 10min;
+// Ends a question that gets no answer [s].
+constexpr int question_limit = 20;
+
+struct Outcome {
+    int code = -1;
+    std::string text; ///< all that was printed
+};
+
+Outcome run_command(const std::string& command) {
+    Outcome outcome;
+    FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+    if (pipe == nullptr) {
+        return outcome;
+    }
+    char buffer[4096];
+    for (std::size_t read = 0; (read = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) {
+        outcome.text.append(buffer, read);
+    }
+    const int status = pclose(pipe);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return outcome;
+}
+
+Outcome ask(const std::string& command) {
+    return run_command(fmt::format("timeout {} {}", question_limit, command));
+}
+
+/// Lines as one, separated by semicolons.
+std::string one_line(std::string text) {
+    while (!text.empty() && text.back() == '\n') {
+        text.pop_back();
+    }
+    for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos;) {
+        text.replace(at, 1, "; ");
+    }
+    return text;
+}
+
+struct SlurmJob {
+    const Batch* batch = nullptr;
+    const BatchStage* stage = nullptr;
+    std::string id{};     ///< Slurm's number; of an array: of all its tasks
+    bool is_ours = false; ///< submitted by this run of the program, not an earlier one
+};
+
+fs::path scripts_of(const Batch& batch) {
+    return batch.folder / "slurm";
+}
+
+/// "draw-3" of an array, "join".
+std::string task_name(const BatchStage& stage, int number) {
+    return stage.count > 1 ? fmt::format("{}-{}", stage.name, number) : stage.name;
+}
+
+/// A path in which Slurm replaces nothing.
+std::string without_patterns(std::string path) {
+    for (std::size_t at = 0; (at = path.find('%', at)) != std::string::npos; at += 2) {
+        path.insert(at, 1, '%');
+    }
+    return path;
+}
+
+std::string script_text(const Batch& batch, const BatchStage& stage) {
+    const bool is_array = stage.count > 1;
+    const fs::path folder = scripts_of(batch);
+    const std::string log =
+        without_patterns(folder.string()) + "/" + stage.name + (is_array ? "-%a.log" : ".log");
+    return fmt::format(R"(#!/bin/sh
+#SBATCH --job-name={name}
+#SBATCH --chdir={here}
+#SBATCH --output={log}
+#SBATCH --ntasks=1
+#SBATCH --requeue
+# By hand: cd {here} && sh {folder}/{stage}.sh{number}
+n=${{SLURM_ARRAY_TASK_ID:-${{1:-0}}}}
+cores=${{SLURM_CPUS_ON_NODE:-$(nproc)}}
+if ! cd {here} || [ ! -d {folder} ]; then
+    echo "tumble: ${{SLURMD_NODENAME:-$(hostname)}} does not see" {all} "expected a folder that all nodes share" >&2
+    exit 3
+fi
+rm -f {folder}/"{task}.exit"
+(
+set -e
+{commands})
+code=$?
+echo $code >{folder}/"{task}.exit"
+exit $code
+)",
+                       fmt::arg("name", shell_word(batch.name + "-" + stage.name)),
+                       fmt::arg("here", shell_word(fs::current_path().string())),
+                       fmt::arg("log", shell_word(log)), fmt::arg("folder", shell_word(folder.string())),
+                       fmt::arg("stage", stage.name), fmt::arg("number", is_array ? " NUMBER" : ""),
+                       fmt::arg("all", shell_word(fs::absolute(folder).string() + ",")),
+                       fmt::arg("task", is_array ? stage.name + "-$n" : stage.name),
+                       fmt::arg("commands", stage.commands));
+}
+
+/// Submits the stages one after the other, and writes their numbers to `jobs`.
+std::string submit_text(const Batch& batch, const Placement& placement) {
+    std::string text = fmt::format("#!/bin/sh\n# Submits what was missing when this was written. By hand: cd "
+                                   "{} && sh {}\nset -e\njobs={}\n: >\"$jobs\"\n",
+                                   shell_word(fs::current_path().string()),
+                                   shell_word((scripts_of(batch) / "submit.sh").string()),
+                                   shell_word((scripts_of(batch) / "jobs").string()));
+    std::string after;
+    for (const BatchStage& stage : batch.stages) {
+        if (stage.missing.empty()) {
+            continue;
+        }
+        const std::string array =
+            stage.count > 1 ? fmt::format(" --array={}", fmt::join(stage.missing, ",")) : std::string();
+        text += fmt::format("id=$(sbatch --parsable{}{}{}{} {})\necho \"{} ${{id%%;*}}\" >>\"$jobs\"\n",
+                            placement.slurm.empty() ? "" : " ", placement.slurm, array, after,
+                            shell_word((scripts_of(batch) / (stage.name + ".sh")).string()), stage.name);
+        after = " --dependency=afterok:\"${id%%;*}\" --kill-on-invalid-dep=yes";
+    }
+    return text;
+}
+
+std::vector<SlurmJob> read_jobs(const Batch& batch) {
+    std::vector<SlurmJob> jobs;
+    const fs::path path = scripts_of(batch) / "jobs";
+    if (!fs::exists(path)) {
+        return jobs;
+    }
+    std::istringstream lines(sim::read_text_file(path));
+    for (std::string name, id; lines >> name >> id;) {
+        for (const BatchStage& stage : batch.stages) {
+            if (stage.name == name) {
+                jobs.push_back({&batch, &stage, id});
+            }
+        }
+    }
+    return jobs;
+}
+
+/// What Slurm says of our tasks that have not ended.
+struct Queue {
+    std::map<std::string, std::string> held{}; ///< tasks that will never start, "13_2", and why
+    std::map<std::string, int> tasks{};        ///< by the number of the job
+    std::map<std::string, int> pending{};      ///< of these
+};
+
+/// None if the controller does not answer; said: what squeue says.
+std::optional<Queue> read_queue(std::string& said) {
+    const Outcome outcome = ask("squeue --me --noheader --array --format='%F %K %t %r'");
+    said = one_line(outcome.text);
+    if (outcome.code != 0) {
+        return std::nullopt;
+    }
+    Queue queue;
+    std::istringstream lines(outcome.text);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        std::string id, number, state, reason;
+        words >> id >> number >> state;
+        std::getline(words >> std::ws, reason);
+        ++queue.tasks[id];
+        if (state == "PD") {
+            ++queue.pending[id];
+            std::replace(reason.begin(), reason.end(), '_', ' ');
+            if (reason.find("requeued held") != std::string::npos) {
+                queue.held[number == "N/A" ? id : id + "_" + number] = reason;
+            }
+        }
+    }
+    return queue;
+}
+
+/// Only our jobs of it.
+bool is_any_queued(const std::vector<SlurmJob>& jobs, const Queue& queue) {
+    return std::any_of(jobs.begin(), jobs.end(),
+                       [&](const SlurmJob& job) { return queue.tasks.contains(job.id); });
+}
+
+std::string ids_of(const std::vector<SlurmJob>& jobs) {
+    std::string text;
+    for (const SlurmJob& job : jobs) {
+        text += (text.empty() ? "" : " ") + job.id;
+    }
+    return text;
+}
+
+/// Those that this run of the program has submitted; returns them.
+std::vector<SlurmJob> cancel(std::vector<SlurmJob> jobs) {
+    std::erase_if(jobs, [](const SlurmJob& job) { return !job.is_ours; });
+    if (!jobs.empty()) {
+        ask("scancel " + ids_of(jobs));
+    }
+    return jobs;
+}
+
+/// Writes the scripts and submits them. Throws Error (io) with what sbatch says; nothing of it is left
+/// submitted.
+std::vector<SlurmJob> submit(const Batch& batch, const Placement& placement) {
+    const fs::path folder = scripts_of(batch);
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) {
+        throw Error(ExitCode::io,
+                    fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
+    }
+    bool is_anything_missing = false;
+    for (const BatchStage& stage : batch.stages) {
+        sim::write_file(folder / (stage.name + ".sh"), script_text(batch, stage));
+        is_anything_missing = is_anything_missing || !stage.missing.empty();
+        for (const int number : stage.missing) {
+            fs::remove(folder / (task_name(stage, number) + ".exit"), error);
+            fs::remove(folder / (task_name(stage, number) + ".log"), error);
+        }
+    }
+    if (!is_anything_missing) {
+        return {};
+    }
+    sim::write_file(folder / "submit.sh", submit_text(batch, placement));
+    const Outcome outcome = run_command("sh " + shell_word((folder / "submit.sh").string()));
+    std::vector<SlurmJob> jobs = read_jobs(batch);
+    for (SlurmJob& job : jobs) {
+        job.is_ours = true;
+    }
+    if (outcome.code != 0) {
+        cancel(jobs);
+        throw Error(ExitCode::io, fmt::format("Slurm refuses {}: {}", batch.name, one_line(outcome.text)));
+    }
+    return jobs;
+}
+
+/// What a log says in its last line of ours, or in its last line.
+std::string last_message(const fs::path& log) {
+    std::error_code error;
+    if (!fs::is_regular_file(log, error)) {
+        return "";
+    }
+    std::istringstream lines(sim::read_text_file(log));
+    std::string last;
+    bool is_ours = false;
+    for (std::string line; std::getline(lines, line);) {
+        const bool is_message = line.starts_with("tumble: ");
+        if (!line.empty() && (is_message || !is_ours)) {
+            last = is_message ? line.substr(8) : line;
+            is_ours = is_message;
+        }
+    }
+    return last;
+}
+
+/// Tasks that Slurm could not start, "13_2", and why: it would hold them for ever.
+using Unstarted = std::map<std::string, std::string>;
+
+/// "CANCELLED on node2", as long as the controller remembers.
+std::string fate_of(const SlurmJob& job, int number, const Unstarted& unstarted) {
+    const std::string id = job.stage->count > 1 ? fmt::format("{}_{}", job.id, number) : job.id;
+    if (const auto found = unstarted.find(id); found != unstarted.end()) {
+        return fmt::format("{}: a node could not start it, which must see {}", found->second,
+                           fs::absolute(scripts_of(*job.batch)).string());
+    }
+    std::istringstream words(ask("scontrol --oneliner show job " + id).text);
+    std::string state, node;
+    for (std::string word; words >> word;) {
+        if (word.starts_with("JobState=")) {
+            state = word.substr(9);
+        } else if (word.starts_with("NodeList=") && word != "NodeList=(null)") {
+            node = word.substr(9);
+        }
+    }
+    return state.empty() ? "unknown to the controller" : state + (node.empty() ? "" : " on " + node);
+}
+
+/// Throws what one task of a job became, unless it became what it should: of those that left an exit code, or
+/// of those that did not.
+void check_task(const SlurmJob& job, int number, const Unstarted& unstarted, bool has_exit_code) {
+    const fs::path folder = scripts_of(*job.batch);
+    const std::string name = task_name(*job.stage, number);
+    const fs::path log = folder / (name + ".log");
+    const fs::path exit_file = folder / (name + ".exit");
+    const std::string title = fmt::format("{}, {} (job {})", job.batch->name, name, job.id);
+    std::error_code error;
+    if (fs::exists(exit_file, error) != has_exit_code) {
+        return;
+    }
+    const std::string said = last_message(log);
+    if (!has_exit_code) {
+        throw Error(ExitCode::io,
+                    fmt::format("{} ended without an exit code: {}{}; what is whole is kept in {}: the "
+                                "same command goes on; log: {}",
+                                title, fate_of(job, number, unstarted), said.empty() ? "" : ": " + said,
+                                job.batch->folder.string(), log.string()));
+    }
+    const int code = std::atoi(sim::read_text_file(exit_file).c_str());
+    if (code != 0) {
+        const bool is_known = (code >= 1 && code <= 5) || code == 130;
+        throw Error(is_known ? static_cast<ExitCode>(code) : ExitCode::io,
+                    fmt::format("{}: {}; log: {}", title, said, log.string()));
+    }
+}
+
+/// Throws the first failure: of a task that says why, else of one that was ended.
+void check_tasks(const std::vector<SlurmJob>& jobs, const Unstarted& unstarted) {
+    for (const bool has_exit_code : {true, false}) {
+        for (const SlurmJob& job : jobs) {
+            for (const int number : job.stage->missing) {
+                check_task(job, number, unstarted, has_exit_code);
+            }
+        }
+    }
+}
+
+int failed_tasks(const std::vector<SlurmJob>& jobs) {
+    int count = 0;
+    for (const SlurmJob& job : jobs) {
+        for (const int number : job.stage->missing) {
+            const fs::path path = scripts_of(*job.batch) / (task_name(*job.stage, number) + ".exit");
+            std::error_code error;
+            count += fs::exists(path, error) && sim::read_text_file(path) != "0\n" ? 1 : 0;
+        }
+    }
+    return count;
+}
+
+/// "; 2 running, 3 pending, 1 failed".
+std::string queue_text(const std::vector<SlurmJob>& jobs, Queue queue) {
+    int tasks = 0, pending = 0;
+    for (const SlurmJob& job : jobs) {
+        tasks += queue.tasks[job.id];
+        pending += queue.pending[job.id];
+    }
+    return fmt::format("; {} running, {} pending, {} failed", tasks - pending, pending, failed_tasks(jobs));
+}
+
+/// Those of our jobs are cancelled.
+void cancel_held(const std::vector<SlurmJob>& jobs, const Queue& queue, Unstarted& unstarted) {
+    for (const auto& [id, reason] : queue.held) {
+        const auto is_its = [number = id.substr(0, id.find('_'))](const SlurmJob& job) {
+            return job.id == number;
+        };
+        if (std::any_of(jobs.begin(), jobs.end(), is_its)) {
+            unstarted[id] = reason;
+            ask("scancel " + id);
+        }
+    }
+}
+
+/// Until no job is in the queue. Throws Error: interrupted after the jobs are cancelled, io for what will
+/// never start.
+Unstarted wait_for(const std::vector<SlurmJob>& jobs, const Watched& watched) {
+    Unstarted unstarted;
+    Progress progress(fmt::format("{} jobs of Slurm's", jobs.size()), watched.unit,
+                      std::max<std::int64_t>(1, watched.total), watched.is_quiet);
+    Clock::time_point answered = Clock::now();
+    Clock::time_point asked = Clock::now() - question_interval;
+    std::string note;
+    while (true) {
+        if (is_interrupted()) {
+            progress.clear();
+            const std::vector<SlurmJob> cancelled = cancel(jobs);
+            throw Error(ExitCode::interrupted,
+                        fmt::format("interrupted; {}; what is whole is kept: the same command goes on",
+                                    cancelled.empty() ? "the jobs of an earlier command go on"
+                                                      : "cancelled the jobs " + ids_of(cancelled)));
+        }
+        if (Clock::now() - asked >= question_interval) {
+            asked = Clock::now();
+            std::string said;
+            const std::optional<Queue> queue = read_queue(said);
+            if (queue) {
+                answered = asked;
+                if (!is_any_queued(jobs, *queue)) {
+                    break;
+                }
+                cancel_held(jobs, *queue, unstarted);
+            } else if (asked - answered > most_silence) {
+                progress.clear();
+                throw Error(ExitCode::io,
+                            fmt::format("Slurm's controller has not answered for 10 minutes; the jobs {} "
+                                        "may go on: the same command watches them again",
+                                        ids_of(jobs)));
+            }
+            note = queue ? queue_text(jobs, *queue) : "; the controller does not answer";
+        }
+        progress.update(watched.done(), note);
+        std::this_thread::sleep_for(100ms);
+    }
+    progress.clear();
+    return unstarted;
+}
+
+/// While Slurm is asked, a signal must not end the program before its jobs are cancelled.
+class Patience {
+public:
+    Patience() : before_(std::signal(SIGALRM, SIG_IGN)) {}
+    ~Patience() { std::signal(SIGALRM, before_); }
+    Patience(const Patience&) = delete;
+    Patience& operator=(const Patience&) = delete;
+
+private:
+    void (*before_)(int);
+};
+
+/// Those of the batch that are in the queue already. Throws Error (usage) if they are of other scripts.
+std::vector<SlurmJob> jobs_under_way(const Batch& batch, const Queue& queue) {
+    std::vector<SlurmJob> jobs = read_jobs(batch);
+    if (!is_any_queued(jobs, queue)) {
+        return {};
+    }
+    for (const BatchStage& stage : batch.stages) {
+        const fs::path path = scripts_of(batch) / (stage.name + ".sh");
+        if (!fs::exists(path) || sim::read_text_file(path) != script_text(batch, stage)) {
+            throw Error(
+                ExitCode::usage,
+                fmt::format("jobs of another command are under way in {}: wait for them, or scancel {}",
+                            batch.folder.string(), ids_of(jobs)));
+        }
+    }
+    return jobs;
+}
+
+} // namespace
+
+void add_placement_options(CLI::App& verb, Placement& placement) {
+    verb.add_option("--on", placement.on, "Where the work is done: local (if not given) or slurm")
+        ->type_name("ENGINE")
+        ->check(one_of({"local", "slurm"}));
+    verb.add_option("--slurm", placement.slurm, "For sbatch, such as \"--partition=render --time=1:00:00\"")
+        ->type_name("WORDS");
+    verb.add_flag("--detach", placement.is_detached,
+                  "With --on slurm: prints the jobs' numbers and does not wait");
+}
+
+bool is_elsewhere(const Placement& placement) {
+    if (placement.on == "slurm") {
+        return true;
+    }
+    for (const auto& [is_given, name] :
+         {std::pair(!placement.slurm.empty(), "--slurm"), std::pair(placement.slices > 0, "--slices"),
+          std::pair(placement.is_detached, "--detach")}) {
+        if (is_given) {
+            throw Error(ExitCode::usage, fmt::format("{}: only with --on slurm", name));
+        }
+    }
+    return false;
+}
+
+std::string shell_word(const std::string& text) {
+    constexpr std::string_view plain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/";
+    if (!text.empty() && text.find_first_not_of(plain) == std::string::npos) {
+        return text;
+    }
+    std::string word = "'";
+    for (const char c : text) {
+        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    }
+    return word + "'";
+}
+
+std::string program_word() {
+    std::error_code error;
+    const fs::path self = fs::read_symlink("/proc/self/exe", error);
+    return shell_word((self.parent_path() / "tumble").string());
+}
+
+bool run_batches(const std::vector<Batch>& batches, const Placement& placement, const Watched& watched) {
+    const Patience patience;
+    if (run_command("command -v sbatch").code != 0) {
+        throw Error(ExitCode::io,
+                    "--on slurm: there is no sbatch on this machine, expected Slurm's commands (Debian: "
+                    "slurm-client) and a cluster");
+    }
+    std::string said;
+    const std::optional<Queue> queue = read_queue(said);
+    if (!queue) {
+        throw Error(ExitCode::io,
+                    "Slurm does not answer: " + (said.empty() ? "squeue waited in vain" : said));
+    }
+    std::vector<SlurmJob> jobs;
+    try {
+        for (const Batch& batch : batches) {
+            std::vector<SlurmJob> more = jobs_under_way(batch, *queue);
+            if (more.empty()) {
+                more = submit(batch, placement);
+            }
+            jobs.insert(jobs.end(), more.begin(), more.end());
+        }
+    } catch (...) {
+        cancel(jobs);
+        throw;
+    }
+    if (placement.is_detached) {
+        if (!watched.is_quiet) {
+            for (const SlurmJob& job : jobs) {
+                std::printf("%s, %s: job %s\n", job.batch->name.c_str(), job.stage->name.c_str(),
+                            job.id.c_str());
+            }
+        }
+        return false;
+    }
+    check_tasks(jobs, wait_for(jobs, watched));
+    return true;
+}
+
+} // namespace cmd

@@ -1,0 +1,64 @@
+#pragma once
+/// The one place that knows Slurm: batch scripts beside the results, jobs of them, and what became of these.
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace cmd {
+
+/// Where the work is done.
+struct Placement {
+    std::string on = "local"; ///< or "slurm"
+    std::string slurm{};      ///< words for sbatch, as typed
+    int slices = 0;           ///< of a film; 0: as many as have enough work
+    bool is_detached = false; ///< jobs are left to themselves
+};
+
+/// Adds --on, --slurm and --detach.
+void add_placement_options(CLI::App& verb, Placement& placement);
+
+/// False on this machine. Throws Error (usage) if an option asks this machine for what only a cluster does.
+bool is_elsewhere(const Placement& placement);
+
+/// Tasks of one kind, each after all of the stage before.
+struct BatchStage {
+    std::string name{};         ///< "draw"
+    std::string commands{};     ///< of a shell; $n: the task's number
+    int count = 1;              ///< tasks 0 .. count - 1
+    std::vector<int> missing{}; ///< those that are to be run, ascending; empty: the stage is done
+};
+
+/// Work on one scene or study.
+struct Batch {
+    std::string name{};             ///< "funnel"
+    std::filesystem::path folder{}; ///< of its results, relative to where the program runs; scripts in slurm/
+    std::vector<BatchStage> stages{};
+};
+
+/// What is watched: how much is done on disk.
+struct Watched {
+    std::string unit{}; ///< "frames"
+    std::int64_t total = 1;
+    std::function<std::int64_t()> done{};
+    bool is_quiet = false;
+};
+
+/// Text as one word of a shell.
+std::string shell_word(const std::string& text);
+
+/// Path of the program as tasks call it, as one word of a shell.
+std::string program_word();
+
+/// Submits what is missing of each batch, unless jobs of the same scripts are there already, and waits for
+/// all. Returns false if they are left to themselves. Throws Error: io if Slurm refuses, in its own words, or
+/// if a task left no exit code; the code and message of the first task that failed; interrupted once its jobs
+/// are cancelled.
+bool run_batches(const std::vector<Batch>& batches, const Placement& placement, const Watched& watched);
+
+} // namespace cmd
