@@ -1,6 +1,7 @@
 #include "render/cmd/baseline.h"
 
 #include "render/cmd/baseline_draw.h"
+#include "render/cmd/baseline_elsewhere.h"
 #include "render/cmd/baseline_place.h"
 #include "render/cmd/compare.h"
 #include "render/cmd/options.h"
@@ -115,17 +116,13 @@ void prepare_gl(const BaselineOptions& options) {
     }
 }
 
-fs::path drawn_folder(const fs::path& report, const BaselinePlace& place) {
-    return report / "candidates" / place.scene / place.name;
-}
-
 class Check {
 public:
     Check(const BaselineOptions& options, CompareOptions comparing, int threads)
         : options_(options), comparing_(std::move(comparing)), threads_(threads) {}
 
-    /// Draws one scene as its baseline was drawn, and compares.
-    diff::Case of(BaselinePlace place, JobProgress& progress) const {
+    /// Draws one scene as its baseline was drawn.
+    void draw(BaselinePlace place, JobProgress& progress) const {
         const fs::path file = place.scene_file;
         if (file.empty()) {
             throw Error(ExitCode::usage,
@@ -134,15 +131,25 @@ public:
                                     place.folder.string()));
         }
         place.folder = machine_folder(options_.folder, place, load_drawn(file, {}, options_.gl).output.gl);
-        const std::optional<BaselineRecord> reference = read_baseline_record(place.folder);
-        BaselineRecord now = reference.value_or(BaselineRecord{});
-        if (!reference) {
+        BaselineRecord now;
+        if (const std::optional<BaselineRecord> reference = read_baseline_record(place.folder)) {
+            now = *reference;
+        } else {
             change_record({.size = default_size}, now);
         }
         const fs::path drawn = drawn_folder(comparing_.report, place);
         draw_baseline(load_drawn(file, now.overrides, options_.gl), drawn, threads_, now, progress);
         copy_masks(place.folder, drawn / "frames", now);
         write_baseline_record(drawn / "frames", now);
+    }
+
+    /// What was drawn beside its baseline.
+    diff::Case compare(BaselinePlace place) const {
+        const fs::path file = place.scene_file;
+        place.folder = machine_folder(options_.folder, place, load_drawn(file, {}, options_.gl).output.gl);
+        const fs::path drawn = drawn_folder(comparing_.report, place);
+        const std::optional<BaselineRecord> reference = read_baseline_record(place.folder);
+        const BaselineRecord now = read_baseline_record(drawn / "frames").value_or(BaselineRecord{});
 
         diff::Source before;
         before.path = place.folder;
@@ -217,6 +224,30 @@ diff::Case failed_case(const BaselinePlace& place, const Error& error) {
     result.message = error.what();
     result.error_code = static_cast<int>(error.code());
     return result;
+}
+
+/// A cluster's task. What goes wrong with a scene is the caller's to tell. Throws Error.
+void draw_part(const BaselineOptions& options, const std::vector<BaselinePlace>& places) {
+    const std::optional<Share> share = parse_share(options.part);
+    if (!share) {
+        throw Error(ExitCode::usage, fmt::format("--part '{}': expected K/N with 0 <= K < N", options.part));
+    }
+    CompareOptions comparing;
+    comparing.report = options.report.empty() ? default_report : options.report;
+    const Check check(options, comparing, std::max(1, options.jobs)); // its cores are its own
+    JobProgress progress;
+    for (std::size_t i = share->first; i < places.size(); i += share->count) {
+        const fs::path drawn = drawn_folder(comparing.report, places[i]);
+        begin_drawing(drawn);
+        try {
+            check.draw(places[i], progress);
+        } catch (const Error& error) {
+            if (error.code() == ExitCode::interrupted) {
+                throw;
+            }
+            keep_failure(drawn, error);
+        }
+    }
 }
 
 /// What update is to make.
@@ -347,6 +378,18 @@ fs::path accept_case(const BaselineOptions& options, const std::string& name, co
 
 int check_baselines(const BaselineOptions& options, const std::string& command) {
     prepare_gl(options);
+    std::vector<BaselinePlace> places;
+    for (const std::string& scene : options.scenes) {
+        const std::vector<BaselinePlace> found = places_of(options.folder, scene, options.name);
+        places.insert(places.end(), found.begin(), found.end());
+    }
+    if (options.scenes.empty()) {
+        places = all_places(options.folder, options.name);
+    }
+    if (!options.part.empty()) {
+        draw_part(options, places);
+        return 0;
+    }
     const ReportPlace report(options.report);
     CompareOptions comparing;
     comparing.fail_on = options.fail_on;
@@ -357,13 +400,9 @@ int check_baselines(const BaselineOptions& options, const std::string& command) 
     comparing.is_quiet = options.is_quiet;
     diff::Comparison comparison = start_comparison(comparing, command);
     compare_settings(comparing); // refused before anything is drawn
-    std::vector<BaselinePlace> places;
-    for (const std::string& scene : options.scenes) {
-        const std::vector<BaselinePlace> found = places_of(options.folder, scene, options.name);
-        places.insert(places.end(), found.begin(), found.end());
-    }
-    if (options.scenes.empty()) {
-        places = all_places(options.folder, options.name);
+    const bool is_drawn_elsewhere = is_elsewhere(options.placement);
+    if (is_drawn_elsewhere && !draw_elsewhere(options, report.folder(), places)) {
+        return 0;
     }
     prepare_report(comparing.report);
     const JobPlan plan = job_plan(options, places.size());
@@ -371,7 +410,12 @@ int check_baselines(const BaselineOptions& options, const std::string& command) 
     comparison.cases.resize(places.size());
     run_jobs(plan, [&](std::size_t i, JobProgress& progress) {
         try {
-            comparison.cases[i] = check.of(places[i], progress);
+            if (is_drawn_elsewhere) {
+                throw_failure(drawn_folder(comparing.report, places[i]));
+            } else {
+                check.draw(places[i], progress);
+            }
+            comparison.cases[i] = check.compare(places[i]);
         } catch (const Error& error) {
             if (error.code() == ExitCode::interrupted) {
                 throw;

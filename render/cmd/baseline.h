@@ -1,6 +1,7 @@
 #pragma once
 /// tumble baseline: accepted pictures of scenes, kept in a folder, and what the program draws now.
 #include "render/cmd/baseline_record.h"
+#include "render/cmd/slurm.h"
 
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ struct BaselineOptions {
     std::string junit;  ///< file; empty: none
     std::string limits; ///< file; empty: the baselines' own
     int jobs = 0;       ///< baselines at a time; 0: one for two cores
+    Placement placement; ///< of check's drawing
+    std::string part;    ///< of check: "K/N", draws every N-th, from K on, and compares nothing; empty: all
     bool prints_json = false;
     std::string gl; ///< what draws; empty: what the scene says
     bool is_quiet = false;

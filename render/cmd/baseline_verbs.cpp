@@ -39,6 +39,9 @@ void add_check(CLI::App& baseline, BaselineOptions& options, const std::string& 
     verb->add_option("--limits", options.limits, "Limits of the gates, instead of the baselines' own")
         ->type_name("FILE");
     verb->add_flag("--json", options.prints_json, "Prints the result as JSON");
+    add_placement_options(*verb, options.placement);
+    verb->add_option("--part", options.part, "A cluster's task: K/N, draws every N-th from K on, and compares nothing")
+        ->type_name("PART");
     verb->final_callback([&options, &command, &code] { code = check_baselines(options, command); });
 }
 

@@ -28,9 +28,6 @@ namespace {
 // Less work, and the start of a task is no longer small beside it [s].
 constexpr double least_slice = 20.0;
 
-// Slurm's own limit of an array, unless its administrator has set another.
-constexpr std::int64_t most_slices = 1000;
-
 double processor_time() {
     timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -56,7 +53,7 @@ int slice_count(const sim::SceneDef& scene, const Options& options) {
     }
     const auto wanted =
         static_cast<std::int64_t>(frame_time(scene) * static_cast<double>(frames) / least_slice);
-    return static_cast<int>(std::clamp<std::int64_t>(wanted, 1, std::min(frames, most_slices)));
+    return static_cast<int>(std::clamp<std::int64_t>(wanted, 1, std::min<std::int64_t>(frames, most_tasks)));
 }
 
 /// Words of the command line that the tasks get too.

@@ -11,6 +11,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -475,6 +476,20 @@ bool is_elsewhere(const Placement& placement) {
         }
     }
     return false;
+}
+
+std::optional<Share> parse_share(std::string_view text) {
+    Share share;
+    const char* const end = text.data() + text.size();
+    const auto [slash, first_error] = std::from_chars(text.data(), end, share.first);
+    if (first_error != std::errc{} || slash == end || *slash != '/') {
+        return std::nullopt;
+    }
+    const auto [rest, count_error] = std::from_chars(slash + 1, end, share.count);
+    if (count_error != std::errc{} || rest != end || share.first >= share.count) {
+        return std::nullopt;
+    }
+    return share;
 }
 
 std::string shell_word(const std::string& text) {

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace CLI {
@@ -25,6 +27,18 @@ void add_placement_options(CLI::App& verb, Placement& placement);
 
 /// False on this machine. Throws Error (usage) if an option asks this machine for what only a cluster does.
 bool is_elsewhere(const Placement& placement);
+
+/// What of many equal pieces of work one task does: every count-th, from first on.
+struct Share {
+    std::size_t first = 0;
+    std::size_t count = 1;
+};
+
+/// "3/25"; none if it is not so.
+std::optional<Share> parse_share(std::string_view text);
+
+/// Of a stage: Slurm's own limit of an array, unless its administrator has set another.
+inline constexpr std::size_t most_tasks = 1000;
 
 /// Tasks of one kind, each after all of the stage before.
 struct BatchStage {

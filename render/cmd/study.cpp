@@ -122,18 +122,11 @@ CrewSettings crew_settings(const Study& study, const std::string& what) {
             .is_quiet = study.options.is_quiet};
 }
 
-/// Every count-th task, from `first` on.
-struct Part {
-    bool is_of_references = false;
-    std::size_t first = 0;
-    std::size_t count = 1;
-};
-
 /// Computes what is missing of a part of the tasks.
-void compute_points(const Study& study, const std::vector<study::Task>& tasks, const Part& part,
+void compute_points(const Study& study, const std::vector<study::Task>& tasks, Share share,
                     const std::string& what) {
     std::vector<Job> jobs;
-    for (std::size_t i = part.first; i < tasks.size(); i += part.count) {
+    for (std::size_t i = share.first; i < tasks.size(); i += share.count) {
         const study::Task& task = tasks[i];
         if (!kept_point(study, task)) {
             const auto seed = static_cast<std::size_t>(task.seed);
@@ -222,36 +215,29 @@ void print_front(const study::Plan& plan, const study::Table& table, const fs::p
     }
 }
 
-/// "points:3/25". Throws Error (usage).
-Part parse_part(const std::string& text) {
-    int first = -1, count = 0, used = 0;
-    const std::size_t colon = std::min(text.find(':'), text.size());
-    const std::string word = text.substr(0, colon);
-    if ((word != "references" && word != "points") ||
-        std::sscanf(text.c_str() + colon, ":%5d/%5d%n", &first, &count, &used) != 2 ||
-        colon + static_cast<std::size_t>(used) != text.size() || first < 0 || first >= count) {
+/// A task of a cluster, "points:3/25": others compute other parts into the folder meanwhile. Throws Error.
+void study_part(Study& study, const std::string& part) {
+    const std::size_t colon = std::min(part.find(':'), part.size());
+    const std::string word = part.substr(0, colon);
+    const std::optional<Share> share = parse_share(std::string_view(part).substr(std::min(colon + 1, part.size())));
+    if (!share || (word != "references" && word != "points")) {
         throw sim::Error(sim::ExitCode::usage,
-                         fmt::format("--part '{}': expected references:K/N or points:K/N with 0 <= K < N", text));
+                         fmt::format("--part '{}': expected references:K/N or points:K/N with 0 <= K < N", part));
     }
-    return {word == "references", static_cast<std::size_t>(first), static_cast<std::size_t>(count)};
-}
-
-/// A task of a cluster: others compute other parts into the folder meanwhile.
-void study_part(Study& study, const Part& part) {
     const Workplace workplace(study.folder, Sharing::with_slices);
     fs::create_directories(study.folder / "points");
-    if (part.is_of_references) {
-        compute_points(study, study.plan.references, part, "a part of the converged solution");
+    if (word == "references") {
+        compute_points(study, study.plan.references, *share, "a part of the converged solution");
         return;
     }
     find_references(study);
-    compute_points(study, study.plan.tasks, part, "a part of the points");
+    compute_points(study, study.plan.tasks, *share, "a part of the points");
 }
 
 /// The stage of a cluster's work that computes these tasks, some in each of its own.
 BatchStage batch_stage(const Study& study, const std::vector<study::Task>& tasks, const std::string& word,
                        std::size_t tasks_each, const std::string& command) {
-    const std::size_t count = std::max<std::size_t>(1, (tasks.size() + tasks_each - 1) / tasks_each);
+    const std::size_t count = std::clamp<std::size_t>((tasks.size() + tasks_each - 1) / tasks_each, 1, most_tasks);
     BatchStage stage{.name = word, .count = static_cast<int>(count)};
     stage.commands = fmt::format("{} --part {}:$n/{} --jobs \"$cores\" --quiet", command, word, count);
     for (std::size_t n = 0; n < count; ++n) {
@@ -307,7 +293,7 @@ void study_scene(const StudyOptions& options, std::span<const study::EngineKind>
     study.folder = fs::path(options.out.empty() ? "out/study" : options.out) / study.plan.scene.name;
     study.program = sim::sha256_of_file("/proc/self/exe");
     if (!options.part.empty()) {
-        study_part(study, parse_part(options.part));
+        study_part(study, options.part);
         return;
     }
     if (is_elsewhere(options.placement) && !compute_elsewhere(study)) {

@@ -2,6 +2,7 @@
 /// (tests/tools/cluster.sh), and what goes wrong there.
 #include "tests/program/program_fixture.h"
 
+#include <regex>
 #include <sstream>
 #include <vector>
 
@@ -81,7 +82,8 @@ std::string without_costs(const std::string& csv) {
 TEST_F(slurm, films_and_studies_are_those_of_one_machine) {
     ASSERT_EQ(shell("sed 's/0.9/1.1/' block.toml >other.toml").code, 0);
     ASSERT_EQ(tumble("run block.toml other.toml --preset draft --poster 0.1 --quiet --out here").code, 0);
-    const std::string run = "run block.toml other.toml --preset draft --on slurm --slices 3 --out 'all of %a' ";
+    const std::string run =
+        "run block.toml other.toml --preset draft --on slurm --slices 3 --out 'all of %a' ";
     const Outcome outcome = run_on_cluster(run + "--poster 0.1");
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "block: 8 frames; in all of %a/block\nother: 8 frames; in all of %a/other\n");
@@ -109,6 +111,35 @@ TEST_F(slurm, films_and_studies_are_those_of_one_machine) {
     ASSERT_EQ(studied.code, 0) << studied.err;
     EXPECT_EQ(without_costs(bytes("study_here/block/study.csv")),
               without_costs(bytes("study_there/block/study.csv")));
+}
+
+TEST_F(slurm, checks_of_baselines_are_those_of_one_machine) {
+    ASSERT_EQ(shell("sed 's/0.9/1.1/' block.toml >other.toml").code, 0);
+    ASSERT_EQ(tumble("baseline update block.toml other.toml --size 64x36 --quiet").code, 0);
+    const std::string check = "baseline check --on slurm ";
+    const Outcome same = run_on_cluster(check);
+    EXPECT_EQ(same.code, 0) << same.err;
+    EXPECT_NE(same.out.find("2 cases: 2 identical"), std::string::npos) << same.out;
+
+    // A scene that changed, and one that stops: told as without a cluster.
+    ASSERT_EQ(
+        shell("sed -i 's/0.9/2.5/' block.toml; sed -i 's/density = 1000/density = -1/' other.toml").code, 0);
+    const Outcome here = tumble("baseline check --report here");
+    const Outcome there = run_on_cluster(check + "--report there");
+    EXPECT_EQ(there.code, here.code) << there.err;
+    EXPECT_EQ(std::regex_replace(there.out, std::regex("there"), "here"), here.out);
+    EXPECT_EQ(files_in("here").size(), files_in("there").size() - 8)
+        << "scripts, jobs, two logs and exit codes, and why a scene has no pictures";
+
+    // Left alone, then gone on with: what was drawn is compared, and drawn anew by the next check only.
+    const Outcome left = run_on_cluster(check + "block.toml --report left --detach");
+    EXPECT_EQ(left.code, 0) << left.err;
+    EXPECT_EQ(left.out.rfind("baselines, draw: job ", 0), 0u) << left.out;
+    const std::string jobs = bytes("left/slurm/jobs");
+    EXPECT_EQ(run_on_cluster(check + "block.toml --report left --quiet").code, 1);
+    EXPECT_EQ(bytes("left/slurm/jobs"), jobs);
+    EXPECT_EQ(run_on_cluster(check + "block.toml --report left --quiet").code, 1);
+    EXPECT_NE(bytes("left/slurm/jobs"), jobs);
 }
 
 TEST_F(slurm, a_node_that_dies_costs_no_frame) {
