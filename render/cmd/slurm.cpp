@@ -121,7 +121,7 @@ rm -f {folder}/"{task}.exit"
 set -e
 {commands})
 code=$?
-echo $code >{folder}/"{task}.exit"
+[ $code = 130 ] || echo $code >{folder}/"{task}.exit" # ended from outside: no code of its own
 exit $code
 )",
                        fmt::arg("name", shell_word(batch.name + "-" + stage.name)),
@@ -316,8 +316,9 @@ void check_task(const SlurmJob& job, int number, const Unstarted& unstarted, boo
     if (fs::exists(exit_file, error) != has_exit_code) {
         return;
     }
-    const std::string said = last_message(log);
+    std::string said = last_message(log);
     if (!has_exit_code) {
+        said = said.starts_with("interrupted") ? "" : said; // by Slurm, which says more
         throw Error(ExitCode::io,
                     fmt::format("{} ended without an exit code: {}{}; what is whole is kept in {}: the "
                                 "same command goes on; log: {}",

@@ -171,6 +171,21 @@ TEST_F(slurm, the_first_task_that_fails_is_told_with_its_code_and_log) {
     EXPECT_NE(other.err.find("--portable"), std::string::npos);
     EXPECT_NE(other.err.find("--slurm --constraint="), std::string::npos);
 
+    // A scene that stops: the jobs that wait for it go.
+    sim::write_file(folder / "stops.toml",
+                    std::string(test::scene_text) +
+                        "[[body]]\nname = \"heavy\"\nshape = { kind = \"box\", half_extents = [0.5, "
+                        "0.5, 0.5] }\ndensity = 1e18\nposition = [0, 0, 2]\n");
+    const Outcome stops =
+        on_cluster("\"$TUMBLE\" run stops.toml --on slurm --slices 2 --duration 1 --quiet; code=$?\n"
+                   "squeue -h; exit $code");
+    EXPECT_EQ(stops.code, 5) << stops.err;
+    EXPECT_EQ(stops.out, "") << "nothing is left in the queue";
+    EXPECT_TRUE(stops.err.starts_with("tumble: stops, simulate (job ")) << stops.err;
+    EXPECT_NE(stops.err.find("differ 1e+15 times in mass"), std::string::npos) << stops.err;
+    EXPECT_NE(stops.err.find("; log: out/stops/slurm/simulate.log"), std::string::npos) << stops.err;
+    expect_one_line(stops.err);
+
     // Slurm hands limits on to its tasks: frames are larger than that, the trajectory is not.
     const Outcome full =
         on_cluster("ulimit -f 150; \"$TUMBLE\" run block.toml --on slurm --quiet --slices 2 --size "
@@ -219,6 +234,33 @@ TEST_F(slurm, jobs_that_are_cancelled_or_left_alone_are_gone_on_with) {
     expect_same_results("here", "out");
 }
 
+TEST_F(slurm, a_time_limit_that_is_reached_costs_no_frame) {
+    ASSERT_EQ(tumble(slow + "--quiet --out here").code, 0);
+    // Slurm counts limits in minutes and looks at them twice in one: the tasks stand still until then.
+    const std::string command = slow + "--on slurm --slices 2 --slurm --time=5 --quiet";
+    const Outcome late = on_cluster(
+        "timeout 250 \"$TUMBLE\" " + command +
+        " & process=$!\n"
+        "until [ -e out/block/frames/frame_000002.png ]; do sleep 0.05; done\n"
+        "for environ in $(grep -lzx \"SLURM_CONF=$(readlink cluster)/slurm.conf\" /proc/[0-9]*/environ "
+        "2>/dev/null); do\n"
+        "  task=${environ%/environ}; [ \"$(cat $task/comm)\" != tumble-draw ] || kill -STOP ${task#/proc/}\n"
+        "done\n"
+        "job=$(sed -n 's/draw //p' out/block/slurm/jobs)\n"
+        "scontrol update jobid=${job}_0 EndTime=now+1; scontrol update jobid=${job}_1 EndTime=now+1; wait "
+        "$process");
+    EXPECT_EQ(late.code, 3);
+    EXPECT_NE(late.err.find("ended without an exit code: TIMEOUT on node"), std::string::npos) << late.err;
+    EXPECT_NE(late.err.find("the same command goes on"), std::string::npos) << late.err;
+    expect_one_line(late.err);
+
+    const auto drawn = fs::last_write_time(folder / "out/block/frames/frame_000001.png");
+    EXPECT_EQ(run_on_cluster(command).code, 0);
+    EXPECT_EQ(fs::last_write_time(folder / "out/block/frames/frame_000001.png"), drawn)
+        << "what is whole is kept";
+    expect_same_results("here", "out");
+}
+
 TEST_F(slurm, what_the_cluster_refuses_is_told_in_its_own_words) {
     EXPECT_EQ(tumble("run block.toml --slices 2").err, "tumble: --slices: only with --on slurm\n");
     const std::string run = "run block.toml --on slurm --slices 2 --quiet";
@@ -227,6 +269,9 @@ TEST_F(slurm, what_the_cluster_refuses_is_told_in_its_own_words) {
     EXPECT_NE(partition.err.find("tumble: Slurm refuses block: "), std::string::npos) << partition.err;
     EXPECT_NE(partition.err.find("invalid partition specified: none"), std::string::npos) << partition.err;
     expect_one_line(partition.err);
+
+    const Outcome environment = on_cluster("SBATCH_PARTITION=none \"$TUMBLE\" " + run);
+    EXPECT_EQ(environment.err, partition.err);
 
     const Outcome without = shell("PATH=/nowhere \"$TUMBLE\" " + run);
     EXPECT_EQ(without.code, 3);
