@@ -10,11 +10,10 @@
 namespace sim {
 namespace {
 
-/// In a dense heap a contact may collide again and again within one instant. From this pass on restitution is
-/// raised to a growing power, as that many impacts in a row would have it: e = 1 stays 1 (a row of n equal
-/// balls needs n passes), smaller values soon end the passes.
-constexpr int first_repeated_pass = 8;
-constexpr double passes_per_impact = 4.0;
+/// In a dense heap a contact may collide again and again within one instant. From this pass on what touches the bodies
+/// that collide is held in the same pass, and passes soon end; elastic contacts are not: a row of n equal balls needs n
+/// passes.
+constexpr int first_held_pass = 8;
 constexpr int collision_pass_limit = 400; // then the contacts that still approach are left to the resting solve
 
 /// Kinetic energy a pass may add to rounding, as a share [-] of the energy before it.
@@ -33,22 +32,8 @@ double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity, 
     return energy;
 }
 
-double restitution_in_pass(double e, int pass) {
-    return pass < first_repeated_pass
-               ? e
-               : std::pow(e, 1.0 + (pass - first_repeated_pass + 1) / passes_per_impact);
-}
-
 /// Points of contact lie within this many bounding radii [-] of a body's centre.
 constexpr double outermost = 1.01;
-
-/// What tells a collision in one pass.
-struct Pass {
-    int number = 0;
-    double threshold = 0.0; ///< [m/s] slower contacts rest
-    double reach = 0.0;     ///< [m] contacts farther apart do not touch,
-    double soon = 0.0;      ///< [s] unless they do within this time
-};
 
 /// Slack [m/s] of a contact that is no collision, however fast it is.
 constexpr double no_end = std::numeric_limits<double>::infinity();
@@ -159,32 +144,13 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             watched_[k].quiet_until = changed_[watched_[k].a] + changed_[watched_[k].b] + slack;
         }
     });
+    if (pass >= first_held_pass) {
+        hold_neighbours(bodies, pairs, now);
+    }
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-        if (collides_[k] == 0) {
-            continue;
+        if (collides_[k] != 0) {
+            add_pair(bodies, pairs[k], static_cast<int>(k), velocity, now);
         }
-        const PairContacts& pair = pairs[k];
-        const std::size_t first = loop_.contacts.size();
-        for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
-            const Approach approach = approach_of(bodies, pair, i, velocity, now);
-            if (approach.in_pass == 0.0) {
-                continue;
-            }
-            if (pass == 0) {
-                energy_owed_ += pair.memory[i].energy_taken;
-            }
-            loop_.contacts.push_back({&pair.manifold.contacts[i], static_cast<int>(i)});
-            targets_.push_back({restitution_in_pass(pair.material.restitution, pass) * approach.in_pass, approach.now});
-        }
-        const std::size_t place = loop_.blocks.size();
-        Block like;
-        like.a = pair.manifold.body_a;
-        like.b = pair.manifold.body_b;
-        like.pair = static_cast<int>(k);
-        like.mu_s = pair.material.mu_s;
-        like.mu_d = pair.material.mu_d;
-        loop_.blocks.resize(place + block_count(std::span<const BlockContact>(loop_.contacts).subspan(first)));
-        loop_.split(place, first, loop_.contacts.size(), like);
     }
     loop_.arrange(bodies, 0, velocity);
     for (const Block& block : loop_.blocks) {
@@ -195,6 +161,51 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
         }
     }
     return !loop_.empty();
+}
+
+/// Bodies that collide push what they touch in the same pass.
+void CollisionSolver::hold_neighbours(const Bodies& bodies, std::span<const PairContacts> pairs, const Pass& now) {
+    is_pushed_.assign(bodies.props.size(), 0);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        if (collides_[k] != 0) {
+            is_pushed_[watched_[k].a] = !bodies.props[watched_[k].a].is_static();
+            is_pushed_[watched_[k].b] = !bodies.props[watched_[k].b].is_static();
+        }
+    }
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const bool is_pushed = is_pushed_[watched_[k].a] != 0 || is_pushed_[watched_[k].b] != 0;
+        if (is_pushed && pairs[k].least_gap <= now.reach && pairs[k].material.restitution < 1.0) {
+            collides_[k] = 1;
+        }
+    }
+}
+
+/// Blocks of the pair's contacts that collide, or are held, in this pass.
+void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, int index,
+                               std::span<const Velocity> velocity, const Pass& now) {
+    const bool holds = now.number >= first_held_pass && pair.material.restitution < 1.0;
+    const std::size_t first = loop_.contacts.size();
+    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
+        const Approach approach = approach_of(bodies, pair, i, velocity, now);
+        const bool is_held = holds && pair.manifold.contacts[i].at.gap <= now.reach;
+        if (approach.in_pass == 0.0 && !is_held) {
+            continue;
+        }
+        if (now.number == 0) {
+            energy_owed_ += pair.memory[i].energy_taken;
+        }
+        loop_.contacts.push_back({&pair.manifold.contacts[i], static_cast<int>(i)});
+        targets_.push_back({pair.material.restitution * approach.in_pass, approach.now});
+    }
+    const std::size_t place = loop_.blocks.size();
+    Block like;
+    like.a = pair.manifold.body_a;
+    like.b = pair.manifold.body_b;
+    like.pair = index;
+    like.mu_s = pair.material.mu_s;
+    like.mu_d = pair.material.mu_d;
+    loop_.blocks.resize(place + block_count(std::span<const BlockContact>(loop_.contacts).subspan(first)));
+    loop_.split(place, first, loop_.contacts.size(), like);
 }
 
 int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {

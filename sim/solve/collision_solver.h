@@ -5,6 +5,14 @@
 
 namespace sim {
 
+/// What tells a collision in one pass.
+struct Pass {
+    int number = 0;
+    double threshold = 0.0; ///< [m/s] slower contacts rest
+    double reach = 0.0;     ///< [m] contacts farther apart do not touch,
+    double soon = 0.0;      ///< [s] unless they do within this time
+};
+
 struct CollisionReport {
     int collisions = 0; ///< contacts resolved, over all passes
     int passes = 0;
@@ -42,6 +50,9 @@ public:
 private:
     bool collect(const Bodies& bodies, std::span<const PairContacts> pairs, const StepSettings& settings,
                  std::span<const Velocity> velocity, int pass);
+    void hold_neighbours(const Bodies& bodies, std::span<const PairContacts> pairs, const Pass& now);
+    void add_pair(const Bodies& bodies, const PairContacts& pair, int index, std::span<const Velocity> velocity,
+                  const Pass& now);
     int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
     void report_impacts(std::span<const PairContacts> pairs, int pass);
     void begin_pass(std::span<const Velocity> velocity);
@@ -66,7 +77,8 @@ private:
     std::vector<Velocity> before_;  ///< [body_count] as this pass began, of the bodies in it
     std::vector<Velocity> plastic_; ///< [body_count] memory of keep_energy()
     std::vector<Velocity> middle_;
-    std::vector<char> collides_;    ///< [pairs] in this pass
+    std::vector<char> collides_;    ///< [pairs] in this pass, or is held in it
+    std::vector<char> is_pushed_;   ///< [body_count] memory of hold_neighbours()
     std::vector<Watched> watched_;  ///< [pairs]
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     JointSolver joints_;

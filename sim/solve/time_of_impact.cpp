@@ -9,6 +9,9 @@
 namespace sim {
 namespace {
 
+/// Approaches up to this many times [-] the velocity tolerance are what a solve leaves, and no impacts.
+constexpr double noise_factor = 2.0;
+
 /// Steps of the root search; each at least halves the bracket, so it ends at rounding level.
 constexpr int root_iterations = 80;
 
@@ -28,8 +31,8 @@ double shortest_interval(const StepSettings& settings) {
 }
 
 double resting_threshold(const StepSettings& settings) {
-    return std::max(std::sqrt(2.0 * settings.gravity.norm() * settings.resting_distance),
-                    settings.resting_speed_floor);
+    return std::max({std::sqrt(2.0 * settings.gravity.norm() * settings.resting_distance),
+                     settings.resting_speed_floor, noise_factor * settings.velocity_tolerance});
 }
 
 double touch_gap(const StepSettings& settings) {

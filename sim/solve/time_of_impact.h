@@ -10,7 +10,7 @@ namespace sim {
 struct PairContacts;
 
 /// Approach speed [m/s] above which a touching contact is a collision: sqrt(2 g eps_c) (Mirtich), with a
-/// floor for zero gravity.
+/// floor for zero gravity, and above what a solve to the velocity tolerance leaves.
 double resting_threshold(const StepSettings& settings);
 
 /// Largest gap [m] at which an approaching contact collides: the tolerance where impacts are held by contacts
