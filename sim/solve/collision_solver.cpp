@@ -32,31 +32,6 @@ double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity, 
     return energy;
 }
 
-/// Points of contact lie within this many bounding radii [-] of a body's centre.
-constexpr double outermost = 1.01;
-
-/// Slack [m/s] of a contact that is no collision, however fast it is.
-constexpr double no_end = std::numeric_limits<double>::infinity();
-
-/// Speed of approach [m/s] up to which a contact with this gap is no collision.
-double limit_of(double gap, const Pass& pass) {
-    return gap <= pass.reach ? pass.threshold : pass.soon > 0.0 ? std::max(pass.threshold, gap / pass.soon) : no_end;
-}
-
-/// How much the velocities of the pair may change at its contacts [m/s] before one is a collision, whatever their
-/// normals; 0 or less: one may be.
-double slack_of_pair(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity,
-                     const Pass& pass) {
-    const auto a = static_cast<std::size_t>(pair.manifold.body_a);
-    const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-    double fastest = (velocity[a].v - velocity[b].v).norm();
-    for (const std::size_t i : {a, b}) {
-        fastest += bodies.props[i].is_static() ? 0.0
-                                               : outermost * bodies.props[i].bounding_radius * velocity[i].w.norm();
-    }
-    return limit_of(pair.least_gap, pass) - fastest;
-}
-
 /// How fast a contact approaches [m/s]: now, and as it does in this pass: 0 if it is no collision.
 struct Approach {
     double now = 0.0;
@@ -75,18 +50,13 @@ Approach approach_of(const Bodies& bodies, const PairContacts& pair, std::size_t
     return {now, is_apart || approach <= pass.threshold ? 0.0 : approach};
 }
 
-/// The same of its contacts as they are; -no_end: one is a collision.
-double slack_of_contacts(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity,
-                         const Pass& pass) {
-    double slack = no_end;
-    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
-        const Approach approach = approach_of(bodies, pair, i, velocity, pass);
-        if (approach.in_pass > 0.0) {
-            return -no_end;
-        }
-        slack = std::min(slack, limit_of(pair.manifold.contacts[i].at.gap, pass) - approach.now);
+/// Does a contact of the pair collide?
+bool collides(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
+    bool found = false;
+    for (std::size_t i = 0; !found && i < pair.manifold.contacts.size(); ++i) {
+        found = approach_of(bodies, pair, i, velocity, pass).in_pass > 0.0;
     }
-    return slack;
+    return found;
 }
 
 /// from + s (to - from) of these bodies.
@@ -110,38 +80,13 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     targets_.clear();
     energy_owed_ = 0.0;
     collides_.resize(pairs.size());
-    watched_.resize(pairs.size());
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
-        std::vector<std::size_t> near; // pairs whose contacts are to be looked at
-        near.reserve(last - first);
         for (std::size_t k = first; k < last; ++k) {
-            Watched& pair = watched_[k];
-            if (pass == 0) {
-                pair.a = static_cast<std::size_t>(pairs[k].manifold.body_a);
-                pair.b = static_cast<std::size_t>(pairs[k].manifold.body_b);
-            }
-            const double changed = changed_[pair.a] + changed_[pair.b];
-            collides_[k] = 0;
-            if (pass > 0 && joints_.empty() && changed <= pair.quiet_until) {
-                continue;
-            }
-            const double slack = pass == 0 && pairs[k].was_ahead ? 0.0 : slack_of_pair(bodies, pairs[k], velocity, now);
-            if (slack > 0.0) {
-                pair.quiet_until = changed + slack;
-            } else {
-                near.push_back(k);
-            }
-        }
-        for (std::size_t i = 0; i < near.size(); ++i) {
-            if (i + prefetch_pairs < near.size()) {
-                for (const Contact& contact : pairs[near[i + prefetch_pairs]].manifold.contacts) {
-                    prefetch(&contact.at, sizeof(contact.at));
-                }
-            }
-            const std::size_t k = near[i];
-            const double slack = slack_of_contacts(bodies, pairs[k], velocity, now);
-            collides_[k] = slack == -no_end;
-            watched_[k].quiet_until = changed_[watched_[k].a] + changed_[watched_[k].b] + slack;
+            const PairContacts& pair = pairs[k];
+            const bool is_changed = pass == 0 || is_changed_[static_cast<std::size_t>(pair.manifold.body_a)] != 0 ||
+                                    is_changed_[static_cast<std::size_t>(pair.manifold.body_b)] != 0;
+            const bool is_near = pair.least_gap <= now.reach || now.soon > 0.0;
+            collides_[k] = is_changed && is_near && collides(bodies, pair, velocity, now);
         }
     });
     if (pass >= first_held_pass) {
@@ -165,16 +110,21 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
 
 /// Bodies that collide push what they touch in the same pass.
 void CollisionSolver::hold_neighbours(const Bodies& bodies, std::span<const PairContacts> pairs, const Pass& now) {
-    is_pushed_.assign(bodies.props.size(), 0);
+    is_changed_.assign(bodies.props.size(), 0);
+    const auto mark = [&](int body) {
+        is_changed_[static_cast<std::size_t>(body)] = !bodies.props[static_cast<std::size_t>(body)].is_static();
+    };
     for (std::size_t k = 0; k < pairs.size(); ++k) {
         if (collides_[k] != 0) {
-            is_pushed_[watched_[k].a] = !bodies.props[watched_[k].a].is_static();
-            is_pushed_[watched_[k].b] = !bodies.props[watched_[k].b].is_static();
+            mark(pairs[k].manifold.body_a);
+            mark(pairs[k].manifold.body_b);
         }
     }
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-        const bool is_pushed = is_pushed_[watched_[k].a] != 0 || is_pushed_[watched_[k].b] != 0;
-        if (is_pushed && pairs[k].least_gap <= now.reach && pairs[k].material.restitution < 1.0) {
+        const PairContacts& pair = pairs[k];
+        const bool is_pushed = is_changed_[static_cast<std::size_t>(pair.manifold.body_a)] != 0 ||
+                               is_changed_[static_cast<std::size_t>(pair.manifold.body_b)] != 0;
+        if (is_pushed && pair.least_gap <= now.reach && pair.material.restitution < 1.0) {
             collides_[k] = 1;
         }
     }
@@ -329,7 +279,6 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
                                          std::vector<Velocity>& velocity, std::vector<char>& touched) {
     CollisionReport report;
     touched.assign(velocity.size(), 0);
-    changed_.assign(velocity.size(), 0.0);
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
         if (report.passes == collision_pass_limit) {
             report.converged = false;
@@ -356,11 +305,9 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         for (const Block& block : loop_.blocks) {
             touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
         }
+        is_changed_.assign(velocity.size(), 0);
         for (const std::size_t i : in_pass_) {
-            if (!bodies.props[i].is_static()) {
-                changed_[i] += (velocity[i].v - before_[i].v).norm() +
-                               outermost * bodies.props[i].bounding_radius * (velocity[i].w - before_[i].w).norm();
-            }
+            is_changed_[i] = !bodies.props[i].is_static();
         }
     }
     return report;

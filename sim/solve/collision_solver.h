@@ -66,20 +66,12 @@ private:
     };
     std::vector<Target> targets_;     ///< [loop_.contacts]
     std::vector<BatchPoint> elastic_; ///< [loop_.points] before energy was taken away
-    /// A pair of bodies, and how far both may change by all passes before it has a collision.
-    struct Watched {
-        std::size_t a = 0;
-        std::size_t b = 0;
-        double quiet_until = 0.0; ///< [m/s]
-    };
-    std::vector<double> changed_;      ///< [body_count] by all passes so far, at any of its contacts [m/s]
     std::vector<std::size_t> in_pass_; ///< these bodies, in their order
     std::vector<Velocity> before_;  ///< [body_count] as this pass began, of the bodies in it
     std::vector<Velocity> plastic_; ///< [body_count] memory of keep_energy()
     std::vector<Velocity> middle_;
     std::vector<char> collides_;    ///< [pairs] in this pass, or is held in it
-    std::vector<char> is_pushed_;   ///< [body_count] memory of hold_neighbours()
-    std::vector<Watched> watched_;  ///< [pairs]
+    std::vector<char> is_changed_;  ///< [body_count] by the last pass, then by this one
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     JointSolver joints_;
 };
