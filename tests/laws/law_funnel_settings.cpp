@@ -1,11 +1,16 @@
 /// Rest at the settings of the funnel, read from its scene: the solver that is fast there must also stand still there.
+#include "sim/base/random.h"
+#include "sim/model/polytope.h"
 #include "sim/scene/file.h"
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <random>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -92,9 +97,24 @@ TEST(law_funnel_settings, DISABLED_a_tower_of_20_stands_still_for_a_minute) {
     judge_tower(60.0);
 }
 
-/// Cubes let fall as a loose block of 5 x 5 a layer, after `settle` [s]: the fastest at the half step within the
-/// last half second.
-void judge_pile(int count, unsigned seed, double settle) {
+enum class Kind { box, hull };
+
+/// About a cube of 1 m in size.
+sim::Shape shape_of(Kind kind) {
+    if (kind == Kind::box) {
+        return sim::Box{Vec3::Constant(0.5)};
+    }
+    sim::Random random(5);
+    std::vector<Vec3> points;
+    for (int i = 0; i < 20; ++i) {
+        points.push_back(0.6 * random.direction());
+    }
+    const sim::Polytope hull = *sim::convex_hull(points);
+    return sim::Hull{std::make_shared<sim::Polytope>(sim::moved(hull, -sim::volume_moments(hull).centroid))};
+}
+
+/// `count` bodies of a kind let fall as a loose block of 5 x 5 a layer.
+sim::SceneDef pile_scene(int count, unsigned seed, Kind kind) {
     sim::SceneDef scene = funnel_settings();
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -102,39 +122,63 @@ void judge_pile(int count, unsigned seed, double settle) {
     add_plane(scene, Quat::Identity(), surface);
     for (int i = 0; i < count; ++i) {
         const Vec3 axis = Vec3(uniform(random), uniform(random), uniform(random)).normalized();
-        const Vec3 at(1.3 * (i % 5), 1.3 * (i / 5 % 5), 1.0 + 1.3 * (i / 25));
-        add_box(scene, Vec3::Constant(0.5), {at, Quat(Eigen::AngleAxisd(0.2 * uniform(random), axis))},
-                surface);
+        sim::BodyDef body;
+        body.name = fmt::format("body_{}", i + 1);
+        body.shape = shape_of(kind);
+        body.mass = sim::mass_properties(body.shape, 1000.0);
+        body.mass.centre_of_mass = Vec3::Zero();
+        body.pose = {{1.3 * (i % 5), 1.3 * (i / 5 % 5), 1.0 + 1.3 * (i / 25)},
+                     Quat(Eigen::AngleAxisd(0.2 * uniform(random), axis))};
+        body.material = surface;
+        scene.bodies.push_back(body);
     }
+    return scene;
+}
+
+/// The fastest at the half step within the last half second of `duration` [s].
+double fastest_at_the_end(const std::string& what, const sim::SceneDef& scene, double duration) {
     sim::World world(scene);
     sim::Snapshot before;
     double fastest = 0.0, overlap = 0.0;
     const double h = scene.step.time_step.value();
-    run(world, scene, settle, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+    run(world, scene, duration, [&](const sim::Snapshot& s, const sim::StepReport& report) {
         if (s.step % 10 == 0 && !report.at_iteration_limit) {
             overlap = std::max(overlap, largest_overlap(scene, s));
         }
-        for (std::size_t i = 1; i < s.bodies.size() && s.time > settle - 0.5; ++i) {
+        for (std::size_t i = 1; i < s.bodies.size() && s.time > duration - 0.5; ++i) {
             fastest = std::max(fastest, (s.bodies[i].position - before.bodies[i].position).norm() / h);
         }
         before = s;
         return true;
     });
-    const std::string name = fmt::format("funnel's settings, pile of {} cubes, seed {}", count, seed);
-    record({name, fmt::format("fastest at the half step after {} s [m/s]", settle), 1e-3, fastest, 1e-4});
-    record({name, "overlap [m]", 1e-3, overlap, 1e-4});
-    EXPECT_LT(fastest, 1e-4);
-    EXPECT_LE(overlap, 1e-4);
+    record({"funnel's settings, pile of " + what, fmt::format("fastest at the half step after {} s [m/s]", duration), 1e-3,
+            fastest, 1e-4});
+    EXPECT_LE(overlap, 1e-4 + 1e-9) << what;
+    return fastest;
 }
 
-TEST(law_funnel_settings, a_pile_of_30_cubes_comes_to_rest) {
-    judge_pile(30, 1u, 8.0);
-}
-
-TEST(law_funnel_settings, DISABLED_a_pile_of_100_cubes_comes_to_rest) {
-    for (const unsigned seed : {2u, 9u, 11u}) {
-        judge_pile(100, seed, 20.0);
+/// Piles of 100: in all but `restless` of them nothing moves after 20 s.
+void judge_piles(const char* what, Kind kind, unsigned seeds, int restless) {
+    int moving = 0;
+    for (unsigned seed = 1; seed <= seeds; ++seed) {
+        const double fastest = fastest_at_the_end(fmt::format("100 {}, seed {}", what, seed), pile_scene(100, seed, kind), 20.0);
+        moving += fastest < 1e-4 ? 0 : 1;
+        EXPECT_LT(fastest, 1e-2) << seed;
     }
+    EXPECT_LE(moving, restless) << what;
+}
+
+TEST(law_funnel_settings, a_pile_of_100_cubes_comes_to_rest) {
+    judge_piles("cubes", Kind::box, 1, 0);
+}
+
+/// A cube that hangs by an edge may take longer.
+TEST(law_funnel_settings, DISABLED_twenty_piles_of_100_cubes_come_to_rest) {
+    judge_piles("cubes", Kind::box, 20, 1);
+}
+
+TEST(law_funnel_settings, DISABLED_five_piles_of_100_hulls_come_to_rest) {
+    judge_piles("hulls", Kind::hull, 5, 0);
 }
 
 } // namespace
