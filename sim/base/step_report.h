@@ -24,6 +24,7 @@ struct StepReport {
     int divisions = 0;                 ///< times the step was halved because it did not converge
     double residual = 0.0;             ///< [m] largest gap error left by the solve
     double max_penetration = 0.0;      ///< [m] on the geometry of the poses after the step, >= 0
+    double energy_gain = 0.0;          ///< [-] see EnergyWatch::gain()
     bool at_iteration_limit = false;   ///< not converged, and not mended
     std::array<double, stage_count> stage_ms{};   ///< wall time by Stage [ms]
 };

@@ -53,4 +53,10 @@ inline Vec3 angular_momentum(const BodyProps& props, const Quat& orientation, co
     return world_from_principal * props.principal_inertia.cwiseProduct(w_principal);
 }
 
+/// Kinetic energy [J] of a body that is not static.
+inline double kinetic_energy(const BodyProps& props, const Quat& orientation, const Velocity& velocity) {
+    return 0.5 * (velocity.v.squaredNorm() / props.inverse_mass +
+                  velocity.w.dot(angular_momentum(props, orientation, velocity.w)));
+}
+
 } // namespace sim

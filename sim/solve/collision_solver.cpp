@@ -23,10 +23,7 @@ double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity, 
     double energy = 0.0;
     for (const std::size_t i : included) {
         if (!bodies.props[i].is_static()) {
-            const Vec3 momentum =
-                angular_momentum(bodies.props[i], bodies.pose[i].orientation, velocity[i].w);
-            energy += 0.5 * (velocity[i].v.squaredNorm() / bodies.props[i].inverse_mass +
-                             velocity[i].w.dot(momentum));
+            energy += sim::kinetic_energy(bodies.props[i], bodies.pose[i].orientation, velocity[i]);
         }
     }
     return energy;

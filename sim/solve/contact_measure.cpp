@@ -137,7 +137,7 @@ double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContac
 /// The same for batches first..last, of the lanes in `only` [last - first]; null: of all.
 double ContactSolver::measure_batches(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first,
                                       std::size_t last, const unsigned* only) {
-    double worst = work_on_batches(RestPhase::measure, first, last, only);
+    double worst = work_on_batches(RestPhase::measure, first, last, velocity_, only);
     for (std::size_t i = first; i < last; ++i) {
         const BlockBatch& batch = loop_.batches[i];
         for (std::size_t lane = 0; lane < lane_count; ++lane) {

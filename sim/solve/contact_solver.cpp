@@ -251,7 +251,7 @@ void ContactSolver::start(const Bodies& bodies, std::vector<PairContacts>& pairs
         Block& block = loop_.blocks[i];
         set_mark(block, loop_.batch_of(block).sticking.x[Blocks::lane_of(block)] > 0.5);
     }
-    loop_.share_colours([&](std::size_t first, std::size_t last) { work_on_batches(RestPhase::apply, first, last); },
+    loop_.share_colours([&](std::size_t first, std::size_t last) { work_on_batches(RestPhase::apply, first, last, velocity_); },
                         first_batch);
 }
 
@@ -270,7 +270,7 @@ void ContactSolver::start_batch(const Bodies& bodies, std::vector<PairContacts>&
             start_lane(bodies, pairs[static_cast<std::size_t>(block.pair)], i, lane);
         }
     }
-    work_on_batches(RestPhase::start, i, i + 1);
+    work_on_batches(RestPhase::start, i, i + 1, velocity_);
 }
 
 /// Where the contacts of a lane are remembered, and how they are measured.
@@ -338,7 +338,8 @@ void ContactSolver::find_late_impacts(const std::vector<PairContacts>& pairs, st
     }
 }
 
-double ContactSolver::work_on_batches(RestPhase phase, std::size_t first, std::size_t last, const unsigned* only) {
+double ContactSolver::work_on_batches(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity,
+                                      const unsigned* only) {
     return work_on_rest({.phase = phase,
                          .batches = loop_.batches.data() + first,
                          .batch_count = last - first,
@@ -347,7 +348,7 @@ double ContactSolver::work_on_batches(RestPhase phase, std::size_t first, std::s
                          .rest = rest_points_.data(),
                          .end = end_.data(),
                          .before = before_,
-                         .velocity = velocity_.front().v.data(),
+                         .velocity = velocity.front().v.data(),
                          .only = only,
                          .rules = &rules_});
 }

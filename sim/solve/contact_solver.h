@@ -77,8 +77,8 @@ public:
     }                                                                ///< in contacts or joints; others move freely
     std::span<const Velocity> velocity() const { return velocity_; } ///< at t0 after the impulses
     std::span<const Pose> predicted() const { return predicted_; }   ///< at t0 + h
-    /// Velocities at t0 itself: with the share of the impulses that acts before it (Verlet's half).
-    std::vector<Velocity> velocity_at_node(const Bodies& bodies) const;
+    /// Velocities at t0 itself, once the impulses are stored: with the share of them that acts before it (Verlet's half).
+    std::span<const Velocity> find_velocity_at_node(const Bodies& bodies);
     int contact_count() const { return contact_count_; }
 
 private:
@@ -95,7 +95,8 @@ private:
     void set_mark(Block& block, bool sticks);
     void find_late_impacts(const std::vector<PairContacts>& pairs, std::size_t first_block,
                            std::span<const Velocity> at_node);
-    double work_on_batches(RestPhase phase, std::size_t first, std::size_t last, const unsigned* only = nullptr);
+    double work_on_batches(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity,
+                           const unsigned* only = nullptr);
 
     void predict(const Bodies& bodies);
     double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);
@@ -128,6 +129,7 @@ private:
     std::vector<std::size_t> solved_bodies_;
     std::vector<char> is_solved_; ///< [body_count] is it one of them?
     std::vector<Velocity> velocity_;
+    std::vector<Velocity> at_node_; ///< memory of find_velocity_at_node()
     std::vector<Velocity> measured_; ///< those of the first measurement of this solve
     std::vector<char> is_hit_;       ///< [body_count] by a speculative impact
     std::vector<double> radius_;     ///< [m] of the bodies around their centres of mass; static: 0

@@ -4,26 +4,13 @@
 
 namespace sim {
 
-std::vector<Velocity> ContactSolver::velocity_at_node(const Bodies& bodies) const {
-    std::vector<Velocity> velocity = bodies.velocity;
-    joints_.add_weighted(joint_weight_, velocity);
-    for (const BlockBatch& batch : loop_.batches) {
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            if (batch.block[lane] < 0) {
-                continue;
-            }
-            Vec6 wrench = Vec6::Zero();
-            for (int k = batch.first; k < batch.first + batch.count; ++k) {
-                const RestPoint& rest = rest_points_[static_cast<std::size_t>(k)];
-                const LanePoint point(loop_.points[static_cast<std::size_t>(k)], lane);
-                if ((rest.ahead >> lane & 1u) == 0 && point.p_n > 0.0) {
-                    wrench += batch.node_weight.x[lane] * rest.force_share.x[lane] * point.wrench();
-                }
-            }
-            LaneFrame(batch, lane).apply(wrench, bodies, velocity);
-        }
-    }
-    return velocity;
+std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bodies) {
+    at_node_ = bodies.velocity;
+    joints_.add_weighted(joint_weight_, at_node_);
+    loop_.share_colours([&](std::size_t first, std::size_t last) {
+        work_on_batches(RestPhase::half_kick, first, last, at_node_);
+    });
+    return at_node_;
 }
 
 /// Which bodies speculative impacts hit. Such an impact acts as a whole within the interval, and so do the answers of the
@@ -67,7 +54,7 @@ void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContact
     }
     find_hit_bodies(bodies);
     loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
-        work_on_batches(RestPhase::store, first, last);
+        work_on_batches(RestPhase::store, first, last, velocity_);
     });
 }
 

@@ -51,6 +51,7 @@ struct RestRules {
 enum class RestPhase {
     start,   ///< gap targets, and impulses of the last interval
     apply,   ///< gives the bodies the impulses
+    half_kick, ///< gives them what acts before t0 of the impulses that are forces
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]
     store    ///< what the contacts hand to the next interval
 };

@@ -140,17 +140,25 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
     store(batch.sticking, flag(sticks));
 }
 
-/// Gives the bodies the impulses of the points.
-LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const BatchPoint* points) {
+/// Gives the bodies the impulses of the points, or the share of them that acts before t0.
+LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const BatchPoint* points, const RestPoint* rest) {
+    const bool is_half_kick = work.phase == RestPhase::half_kick;
     const Real zero = real(0.0);
     Real3 force{zero, zero, zero};
     Real3 turning{zero, zero, zero};
     for (int k = 0; k < batch.count; ++k) {
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
-        const Real p_n = load(points[k].p_n);
-        const Real p_1 = load(points[k].p_t[0]);
-        const Real p_2 = load(points[k].p_t[1]);
+        Real p_n = load(points[k].p_n);
+        Real p_1 = load(points[k].p_t[0]);
+        Real p_2 = load(points[k].p_t[1]);
+        if (is_half_kick) {
+            const Mask acts = (p_n > 0.0) & ~lanes_of(rest[k].ahead);
+            const Real share = select(acts, load(batch.node_weight) * load(rest[k].force_share), zero);
+            p_n = share * p_n;
+            p_1 = share * p_1;
+            p_2 = share * p_2;
+        }
         force = force + Real3{p_1, p_2, p_n};
         turning = turning + Real3{p_n * y, -(p_n * x), x * p_2 - y * p_1};
     }
@@ -359,8 +367,8 @@ double KERNEL(const RestWork& work) {
         RestPoint* rest = work.rest + batch.first;
         if (work.phase == RestPhase::start) {
             start(work, batch, points, rest);
-        } else if (work.phase == RestPhase::apply) {
-            apply(work, batch, points);
+        } else if (work.phase == RestPhase::apply || work.phase == RestPhase::half_kick) {
+            apply(work, batch, points, rest);
         } else if (work.phase == RestPhase::store) {
             store_impulses(work, batch, block, points, rest);
         } else {

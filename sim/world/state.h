@@ -9,6 +9,7 @@
 #include "sim/solve/collision_solver.h"
 #include "sim/solve/contact_solver.h"
 #include "sim/solve/time_of_impact.h"
+#include "sim/world/energy.h"
 
 #include <chrono>
 #include <limits>
@@ -125,6 +126,8 @@ struct WorldState {
 
     Bodies bodies;
     std::vector<Velocity> at_node; ///< [body_count] velocities at the instant, after its collisions
+    std::span<const Velocity> velocity_at_node; ///< [body_count] with the impulses of the interval planned
+    EnergyWatch energy;
     std::vector<Joint> joints;
     std::vector<BodyPair> jointed; ///< ascending: pairs that do not collide
     std::vector<JointMemory> joint_memory;

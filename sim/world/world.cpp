@@ -100,6 +100,8 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     settings.velocity_tolerance = scene.step.velocity_tolerance;
     settings.iteration_limit = scene.step.iteration_limit;
     begun_at_limit = report.at_iteration_limit;
+    velocity_at_node = contact_solver.find_velocity_at_node(bodies);
+    energy.start(bodies, velocity_at_node, settings);
 }
 
 StepReport WorldState::step() {
@@ -113,6 +115,8 @@ StepReport WorldState::step() {
         resolve_collisions(report);
         plan(report);
     } while (progress < 1.0);
+    velocity_at_node = contact_solver.find_velocity_at_node(bodies);
+    report.energy_gain = energy.gain(bodies, velocity_at_node);
     return report;
 }
 
@@ -367,10 +371,9 @@ Snapshot WorldState::take_snapshot(ContactDetail contacts) const {
     snapshot.step = step_index;
     snapshot.time = static_cast<double>(step_index * settings.time_step.num) /
                     static_cast<double>(settings.time_step.den);
-    const std::vector<Velocity> velocity = contact_solver.velocity_at_node(bodies);
     for (std::size_t i = 0; i < reported_count; ++i) {
-        snapshot.bodies.push_back(
-            {bodies.pose[i].position, bodies.pose[i].orientation, velocity[i].v, velocity[i].w});
+        snapshot.bodies.push_back({bodies.pose[i].position, bodies.pose[i].orientation, velocity_at_node[i].v,
+                                   velocity_at_node[i].w});
     }
     if (contacts != ContactDetail::none) {
         snapshot.contacts = loaded_contacts(pairs, h);

@@ -1,0 +1,38 @@
+#include "sim/world/energy.h"
+
+#include <algorithm>
+
+namespace sim {
+
+void EnergyWatch::start(const Bodies& bodies, std::span<const Velocity> velocity, const StepSettings& settings) {
+    gravity_ = settings.gravity;
+    slack_ = largest_kinetic_ = 0.0;
+    for (const BodyProps& props : bodies.props) {
+        slack_ += props.is_static() ? 0.0 : gravity_.norm() * settings.tolerance / props.inverse_mass;
+    }
+    first_ = lowest_ = total(bodies, velocity);
+}
+
+/// Kinetic and potential energy of the dynamic bodies [J], the latter from the world's origin.
+double EnergyWatch::total(const Bodies& bodies, std::span<const Velocity> velocity) {
+    double kinetic = 0.0;
+    double potential = 0.0;
+    for (std::size_t i = 0; i < bodies.props.size(); ++i) {
+        const BodyProps& props = bodies.props[i];
+        if (!props.is_static()) {
+            kinetic += kinetic_energy(props, bodies.pose[i].orientation, velocity[i]);
+            potential -= gravity_.dot(bodies.pose[i].position) / props.inverse_mass;
+        }
+    }
+    largest_kinetic_ = std::max(largest_kinetic_, kinetic);
+    return kinetic + potential;
+}
+
+double EnergyWatch::gain(const Bodies& bodies, std::span<const Velocity> velocity) {
+    const double now = total(bodies, velocity);
+    lowest_ = std::min(lowest_, now);
+    const double gained = now - lowest_ - slack_;
+    return gained > 0.0 ? gained / (largest_kinetic_ + first_ - lowest_ + slack_) : 0.0;
+}
+
+} // namespace sim

@@ -1,0 +1,29 @@
+#pragma once
+/// Does a run gain energy? Contacts and joints only take it, so what rises above the lowest value so far comes from nothing.
+#include "sim/block/blocks.h"
+#include "sim/model/scene_def.h"
+
+#include <span>
+
+namespace sim {
+
+class EnergyWatch {
+public:
+    /// As a run begins. velocity [body_count]: of the instant, after its collisions.
+    void start(const Bodies& bodies, std::span<const Velocity> velocity, const StepSettings& settings);
+
+    /// After each step, with the same of its end. Returns by how much the energy now exceeds the
+    /// lowest so far, as a share [-] of what the run turned over: its largest kinetic energy so far, and what it lost.
+    double gain(const Bodies& bodies, std::span<const Velocity> velocity);
+
+private:
+    double total(const Bodies& bodies, std::span<const Velocity> velocity);
+
+    Vec3 gravity_ = Vec3::Zero();
+    double slack_ = 0.0;           ///< [J] that bodies gain where overlaps within the tolerance are pushed apart
+    double first_ = 0.0;           ///< [J]
+    double lowest_ = 0.0;          ///< [J]
+    double largest_kinetic_ = 0.0; ///< [J]
+};
+
+} // namespace sim
