@@ -4,6 +4,7 @@
 
 #include <openssl/evp.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -136,6 +137,11 @@ void write_part(const std::filesystem::path& path, std::span<const std::uint8_t>
 }
 
 } // namespace
+
+bool is_file_name(std::string_view name) {
+    const auto is_bad = [](unsigned char c) { return c < 0x20 || c == 0x7f || c == '/'; };
+    return !name.empty() && name != "." && name != ".." && std::none_of(name.begin(), name.end(), is_bad);
+}
 
 std::string read_text_file(const std::filesystem::path& path) {
     Descriptor file(path, O_RDONLY, "read", path);

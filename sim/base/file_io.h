@@ -4,8 +4,13 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace sim {
+
+/// True for what may be the name of a file or folder that the program makes: not empty, not "." or "..", no "/", no
+/// control characters.
+bool is_file_name(std::string_view name);
 
 /// The whole file. Throws Error (io).
 std::string read_text_file(const std::filesystem::path& path);

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <sstream>
+#include <string_view>
 
 namespace sim {
 namespace {
@@ -25,7 +26,8 @@ std::vector<Vec3> obj_points(const std::string& text, const std::string& file) {
     if (text.find('\0') != std::string::npos) {
         throw Error(ExitCode::usage, file + ": no text, expected lines such as 'v 0.1 0.2 0.3'");
     }
-    std::istringstream lines(text);
+    constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+    std::istringstream lines(text.starts_with(byte_order_mark) ? text.substr(byte_order_mark.size()) : text);
     int number = 0;
     for (std::string line; std::getline(lines, line);) {
         ++number;

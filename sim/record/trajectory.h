@@ -11,7 +11,7 @@
 ///   /contact/point [c,3] [m]    /contact/normal [c,3], b to a    /contact/impulse [c,3] [N s] on a, of one step
 ///     float32, record after record: those of record k follow the sum of the counts before it
 ///   /impact_count, /impact/...: the same of the impacts since the record before
-///   attributes of /: scene_name, scene_text, overrides [n], program_version
+///   attributes of /: format_version (1), scene_name, scene_text, overrides [n], program_version; all texts are UTF-8
 ///
 /// All data carry checksums (Fletcher 32), and no time of writing: the same run gives the same bytes.
 #include "sim/model/scene_def.h"
@@ -57,6 +57,9 @@ struct TrajectoryInfo {
     std::vector<std::string> body_shapes;  ///< [body_count] JSON
     std::vector<double> body_masses;       ///< [body_count] [kg], 0: static
 };
+
+/// Throws Error (usage) if the bodies of a trajectory, read from `path`, are not those of its scene.
+void require_same_bodies(const TrajectoryInfo& info, const SceneDef& scene, const std::string& path);
 
 class TrajectoryReader {
 public:

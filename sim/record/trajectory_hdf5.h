@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -125,6 +126,11 @@ inline constexpr ContactLayout contact_bodies_layout{"bodies", 2, "1"};
 inline constexpr ContactLayout contact_sticking_layout{"sticking", 1, "1"};
 inline constexpr std::array<ContactLayout, 3> contact_layouts{
     {{"point", 3, "m"}, {"normal", 3, "1"}, {"impulse", 3, "N s"}}};
+
+/// Attribute of the root: the layout of the file, counted up when a reader of the one before would misread it. Files
+/// without it are of the first.
+inline constexpr const char* format_attribute = "format_version";
+inline constexpr std::int64_t format_version = 1;
 
 /// Settings of a dataset in chunks, each with a checksum, and without the time of writing.
 inline Handle dataset_settings(const Checker& checker, int rank, const hsize_t* chunk) {

@@ -1,13 +1,22 @@
+#include "sim/base/file_io.h"
 #include "sim/record/trajectory.h"
 #include "sim/record/trajectory_contacts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <optional>
 
 namespace sim {
 
 using namespace hdf5;
+
+namespace {
+
+/// [-] Quaternions of another program, in single precision, are this far from length one at most.
+constexpr double orientation_error = 1e-5;
+
+} // namespace
 
 struct TrajectoryReader::Impl {
     Checker checker;
@@ -115,7 +124,19 @@ void TrajectoryReader::Impl::read_numbers(const std::string& name, hid_t memory_
 }
 
 void TrajectoryReader::Impl::read_description() {
+    if (H5Aexists(file.get(), format_attribute) > 0) {
+        const Handle attribute = checker.check(H5Aopen(file.get(), format_attribute, H5P_DEFAULT), H5Aclose);
+        std::int64_t version = 0;
+        checker.check(H5Aread(attribute.get(), H5T_NATIVE_INT64, &version));
+        if (version != format_version) {
+            checker.fail("its format is " + std::to_string(version) + ", this program reads " +
+                         std::to_string(format_version));
+        }
+    }
     info.scene_name = read_text_attribute("scene_name");
+    if (!is_file_name(info.scene_name)) {
+        checker.fail("scene_name cannot be the name of a file");
+    }
     info.scene_text = read_text_attribute("scene_text");
     info.program_version = read_text_attribute("program_version");
     info.overrides = read_texts("overrides", true);
@@ -178,6 +199,25 @@ std::vector<double> TrajectoryReader::Impl::read_record(std::size_t dataset, std
     return numbers;
 }
 
+void require_same_bodies(const TrajectoryInfo& info, const SceneDef& scene, const std::string& path) {
+    const std::size_t count = info.body_names.size();
+    if (scene.bodies.size() != count) {
+        throw Error(ExitCode::usage, path + " has " + std::to_string(count) + " bodies, its scene " +
+                                         std::to_string(scene.bodies.size()));
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        const BodyDef& body = scene.bodies[i];
+        const char* other = body.name != info.body_names[i]                    ? "name"
+                            : body.mass.mass != info.body_masses[i]            ? "mass"
+                            : shape_to_json(body.shape) != info.body_shapes[i] ? "shape"
+                                                                               : nullptr;
+        if (other != nullptr) {
+            throw Error(ExitCode::usage, path + ": the body '" + info.body_names[i] + "' has another " + other +
+                                             " in its scene");
+        }
+    }
+}
+
 TrajectoryReader::TrajectoryReader(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
     silence();
     // HDF5's own message for a missing file is half a page; the system's is what a user needs.
@@ -227,8 +267,15 @@ Snapshot TrajectoryReader::read(std::size_t record) const {
             return Vec3(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
         };
         const double* q = &orientation[4 * i];
-        snapshot.bodies[i] = {vector_of(position), Quat(q[0], q[1], q[2], q[3]), vector_of(velocity),
-                              vector_of(angular_velocity)};
+        BodySnapshot& body = snapshot.bodies[i];
+        body = {vector_of(position), Quat(q[0], q[1], q[2], q[3]), vector_of(velocity), vector_of(angular_velocity)};
+        // Also false where a number is none.
+        const bool is_turn = std::abs(body.orientation.norm() - 1.0) <= orientation_error;
+        if (!is_turn || !body.position.allFinite() || !body.velocity.allFinite() ||
+            !body.angular_velocity.allFinite()) {
+            impl_->checker.fail("record " + std::to_string(record) + " has a body '" + impl_->info.body_names[i] +
+                                "' with " + (is_turn ? "numbers that are not finite" : "no orientation of length one"));
+        }
     }
     snapshot.contact_count = impl_->contacts->count(record);
     snapshot.contacts = impl_->contacts->read(record, snapshot.bodies.size());

@@ -103,6 +103,10 @@ void TrajectoryWriter::Impl::open() {
 }
 
 void TrajectoryWriter::Impl::describe(const SceneDef& scene) {
+    const Handle one = checker.check(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle version = checker.check(
+        H5Acreate2(file.get(), format_attribute, H5T_STD_I64LE, one.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    checker.check(H5Awrite(version.get(), H5T_NATIVE_INT64, &format_version));
     write_text_attribute(checker, file.get(), "scene_name", scene.name);
     write_text_attribute(checker, file.get(), "scene_text", scene.text);
     write_text_attribute(checker, file.get(), "program_version", TUMBLE_VERSION);

@@ -110,6 +110,14 @@ std::optional<Excess> motion_excess(const BodyDef& body, int i, const Limits& li
                         body.name, speed, limits.travel / limits.duration, limits.duration,
                         limits.step.tolerance)};
     }
+    const Bounds box = bounds(body.shape, {}); // of a plane it has no end
+    const double bound = largest_travel_in_step * 0.5 * (box.upper - box.lower).maxCoeff() / limits.h;
+    if (!(speed <= bound)) {
+        return Excess{i, "velocity",
+                      fmt::format("body '{}' has a speed of {:.3g} m/s, expected at most {:.3g} m/s: {:g} times half "
+                                  "its length a step",
+                                  body.name, speed, bound, largest_travel_in_step)};
+    }
     const double spin = body.angular_velocity.cwiseAbs().maxCoeff();
     if (!(spin * limits.h <= largest_turn_in_step)) {
         return Excess{

@@ -366,9 +366,15 @@ void check_bounds(const Loading& loading, const TreeNode& simulation) {
     fail_at(loading.source, excess->key == "position" ? places.position : places.name, excess->message);
 }
 
-/// "scenes/funnel.toml" -> "funnel".
-std::string stem_of(const std::string& file) {
-    return std::filesystem::path(file).stem().string();
+/// "scenes/funnel.toml" -> "funnel": the name of folders and files too. Throws Error (usage) for one that cannot be.
+std::string name_of(const std::string& file) {
+    std::string name = std::filesystem::path(file).stem().string();
+    if (!is_file_name(name)) {
+        throw Error(ExitCode::usage,
+                    fmt::format("{}: '{}' cannot be the name of a scene's folder and files; give the file another name",
+                                file, name));
+    }
+    return name;
 }
 
 } // namespace
@@ -388,7 +394,7 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     };
     Loading loading{source, {}, {}, {}};
     SceneDef& scene = loading.scene;
-    scene.name = stem_of(file);
+    scene.name = name_of(file);
     scene.title = top.text("title");
     scene.step = read_simulation(source, table("simulation"));
     scene.output = read_output(source, table("output"));

@@ -12,7 +12,7 @@ namespace sim {
 /// Throws Error: io if the file cannot be read, usage for what its content has wrong.
 SceneDef load_scene(const std::filesystem::path& path, std::span<const std::string> overrides = {});
 
-/// The same from text; `file` is the name shown in messages, its stem the scene's name.
+/// The same from text; `file` is the name shown in messages, its stem the scene's name, which must be a file's too.
 SceneDef parse_scene(const std::string& text, const std::string& file,
                      std::span<const std::string> overrides = {});
 

@@ -48,6 +48,10 @@ Box read_box(Section& section) {
 /// Points of the OBJ file beside the scene.
 std::vector<Vec3> points_of_file(const TextSource& source, const std::string& name) {
     const std::filesystem::path path = std::filesystem::path(source.file).parent_path() / name;
+    std::error_code error;
+    if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+        throw Error(ExitCode::io, fmt::format("cannot read {}: not a file", path.string())); // a pipe may never end
+    }
     return obj_points(read_text_file(path), path.string());
 }
 

@@ -13,6 +13,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <sys/stat.h>
 
 using namespace sim;
 
@@ -239,6 +240,39 @@ TEST(scene_file, hull_from_an_obj_file_puts_its_points_into_the_scenes_text) {
     // The text alone says the same, as a trajectory needs it.
     const SceneDef again = parse_scene(scene.text, "elsewhere.toml");
     EXPECT_EQ(shape_to_json(again.bodies[0].shape), shape_to_json(scene.bodies[0].shape));
+}
+
+TEST(scene_file, a_byte_order_mark_hides_no_vertex_of_an_obj_file) {
+    const SceneDef scene = load_with_obj("\xEF\xBB\xBFv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n");
+    EXPECT_DOUBLE_EQ(scene.bodies[0].mass.mass, 1000.0 / 6.0);
+}
+
+TEST(scene_file, a_pipe_for_an_obj_file_is_refused_and_not_waited_for) {
+    const std::filesystem::path folder = std::filesystem::path(TUMBLE_OUT_DIR) / "test_obj" / "pipe";
+    std::filesystem::create_directories(folder);
+    std::filesystem::remove(folder / "rock.obj");
+    ASSERT_EQ(mkfifo((folder / "rock.obj").c_str(), 0600), 0);
+    try {
+        parse_scene(obj_scene, (folder / "scene.toml").string());
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+        EXPECT_TRUE(std::string(error.what()).ends_with("rock.obj: not a file")) << error.what();
+    }
+}
+
+TEST(scene_file, a_name_that_no_folder_may_have_is_refused) {
+    const std::string text = "title = \"x\"\n";
+    for (const char* file : {"...toml", "..toml", "folder/...toml", "two\nlines.toml", "bell\a.toml", "", "folder/"}) {
+        try {
+            parse_scene(text, file);
+            FAIL() << file;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ExitCode::usage);
+            EXPECT_NE(std::string(error.what()).find("cannot be the name"), std::string::npos) << error.what();
+        }
+    }
+    EXPECT_EQ(parse_scene(text, "folder/Ma\xC3\x9F 'x'.toml").name, "Ma\xC3\x9F 'x'");
 }
 
 TEST(scene_file, missing_obj_file_is_an_io_error_with_the_place_of_its_name) {

@@ -3,6 +3,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
+#include "sim/record/trajectory_hdf5.h"
 
 #include <gtest/gtest.h>
 
@@ -180,7 +181,9 @@ TEST(trajectory, contacts_are_read_back_bit_for_bit_as_far_as_they_were_asked_fo
 
 TEST(trajectory, a_scene_without_bodies_and_overrides_is_read_back) {
     const fs::path path = fresh_folder() / "a.h5";
-    write_trajectory(path, SceneDef{}, 3);
+    SceneDef scene;
+    scene.name = "nothing";
+    write_trajectory(path, scene, 3);
     const TrajectoryReader reader(path);
     EXPECT_EQ(reader.info().scene_text, "");
     EXPECT_TRUE(reader.info().overrides.empty());
@@ -269,4 +272,89 @@ TEST(trajectory, a_changed_byte_is_an_io_error_or_changes_nothing) {
         }
     }
     EXPECT_GT(found, 20);
+}
+
+/// What the reader says of a file; empty if it reads all of it.
+std::string fault_of(const fs::path& path) {
+    try {
+        read_all(path);
+        return "";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::io);
+        return error.what();
+    }
+}
+
+TEST(trajectory, a_name_that_no_folder_may_have_is_refused) {
+    const fs::path path = fresh_folder() / "a.h5";
+    for (const char* name : {"..", "../up", "", "two\nlines"}) {
+        SceneDef scene = test_scene();
+        scene.name = name;
+        write_trajectory(path, scene, 2);
+        EXPECT_NE(fault_of(path).find("scene_name cannot be the name of a file"), std::string::npos) << name;
+    }
+}
+
+TEST(trajectory, states_that_cannot_be_drawn_are_refused_with_record_and_body) {
+    const fs::path path = fresh_folder() / "a.h5";
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto fault_with = [&](auto change) {
+        TrajectoryWriter writer(path, test_scene());
+        writer.append(test_snapshot(0, 2));
+        Snapshot bad = test_snapshot(1, 2);
+        change(bad.bodies[1]);
+        writer.append(bad);
+        writer.finish();
+        return fault_of(path);
+    };
+    EXPECT_EQ(fault_with([](BodySnapshot&) {}), "");
+    const std::string body = "record 1 has a body 'box \xE2\x91\xA0' with ";
+    const std::string no_number = body + "numbers that are not finite";
+    const std::string no_turn = body + "no orientation of length one";
+    EXPECT_NE(fault_with([&](BodySnapshot& b) { b.position.x() = nan; }).find(no_number), std::string::npos);
+    EXPECT_NE(fault_with([&](BodySnapshot& b) { b.velocity.z() = 1.0 / 0.0; }).find(no_number), std::string::npos);
+    EXPECT_NE(fault_with([&](BodySnapshot& b) { b.angular_velocity.y() = nan; }).find(no_number), std::string::npos);
+    EXPECT_NE(fault_with([&](BodySnapshot& b) { b.orientation.coeffs().setZero(); }).find(no_turn), std::string::npos);
+    EXPECT_NE(fault_with([&](BodySnapshot& b) { b.orientation.w() = nan; }).find(no_turn), std::string::npos);
+    EXPECT_EQ(fault_with([](BodySnapshot& b) { b.orientation.coeffs() *= 1.0 + 1e-7; }), ""); // single precision
+}
+
+TEST(trajectory, another_format_is_refused_by_its_number_and_none_is_the_first) {
+    const fs::path path = fresh_folder() / "a.h5";
+    write_trajectory(path, test_scene(), 2);
+    const auto change = [&](auto work) {
+        const hdf5::Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);
+        ASSERT_TRUE(file.is_valid());
+        work(file.get());
+    };
+    change([](hid_t file) {
+        const hdf5::Handle version(H5Aopen(file, "format_version", H5P_DEFAULT), H5Aclose);
+        const std::int64_t next = 2;
+        ASSERT_GE(H5Awrite(version.get(), H5T_NATIVE_INT64, &next), 0);
+    });
+    EXPECT_NE(fault_of(path).find("its format is 2, this program reads 1"), std::string::npos) << fault_of(path);
+    change([](hid_t file) { ASSERT_GE(H5Adelete(file, "format_version"), 0); });
+    EXPECT_EQ(fault_of(path), "");
+}
+
+TEST(trajectory, bodies_that_are_not_those_of_the_scene_are_named) {
+    const fs::path path = fresh_folder() / "a.h5";
+    const SceneDef scene = test_scene();
+    write_trajectory(path, scene, 1);
+    const TrajectoryReader reader(path);
+    const auto fault = [&](auto change) -> std::string {
+        SceneDef other = scene;
+        change(other.bodies[1]);
+        try {
+            require_same_bodies(reader.info(), other, "a.h5");
+            return "";
+        } catch (const Error& error) {
+            return error.what();
+        }
+    };
+    EXPECT_EQ(fault([](BodyDef&) {}), "");
+    const std::string body = "a.h5: the body 'box \xE2\x91\xA0' has another ";
+    EXPECT_EQ(fault([](BodyDef& b) { b.name = "box"; }), body + "name in its scene");
+    EXPECT_EQ(fault([](BodyDef& b) { b.mass.mass *= 2; }), body + "mass in its scene");
+    EXPECT_EQ(fault([](BodyDef& b) { b.shape = Sphere{1.0}; }), body + "shape in its scene");
 }
