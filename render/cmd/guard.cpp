@@ -7,7 +7,9 @@
 
 #include <cstdio>
 #include <exception>
+#include <malloc.h>
 #include <new>
+#include <sys/resource.h>
 
 namespace cmd {
 
@@ -42,6 +44,11 @@ std::string command_line(int argc, char** argv) {
 
 int guarded(const std::function<int()>& program) {
     catch_interrupts();
+    // Where addresses are limited (ulimit -v), threads share one arena: each of their own takes 64 MB of them.
+    rlimit addresses{};
+    if (::getrlimit(RLIMIT_AS, &addresses) == 0 && addresses.rlim_cur != RLIM_INFINITY) {
+        ::mallopt(M_ARENA_MAX, 1);
+    }
     try {
         const int code = program();
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

@@ -24,8 +24,9 @@ fs::path scene_folder() {
     if (fs::is_directory("scenes", error)) {
         return "scenes";
     }
+    // This program is in PREFIX/libexec/tumble.
     const fs::path program = fs::read_symlink("/proc/self/exe", error);
-    return (program.parent_path().parent_path() / "share" / "tumble" / "scenes").lexically_normal();
+    return program.parent_path().parent_path().parent_path() / "share" / "tumble" / "scenes";
 }
 
 } // namespace

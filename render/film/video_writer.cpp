@@ -33,6 +33,15 @@ int even(int size) {
 } // namespace
 
 void require_encoder(const VideoSettings& settings, int width, int height) {
+    // Of libavcodec, which feeds x264: (width + 128) (height + 128) pixels of 8 bytes are less than 2^31.
+    constexpr std::int64_t most_pixels = (std::int64_t{1} << 31) / 8 - 1;
+    const std::int64_t pixels = (std::int64_t{even(width)} + 128) * (std::int64_t{even(height)} + 128);
+    if (pixels > most_pixels) {
+        throw Error(ExitCode::usage,
+                    "a film of " + std::to_string(width) + "x" + std::to_string(height) + " has " +
+                        std::to_string(pixels) + " pixels with the encoder's margin of 128 each way, expected at most " +
+                        std::to_string(most_pixels) + ", x264's limit in libavcodec; choose a smaller size, or --no-video");
+    }
     if (settings.encoder != automatic_encoder) {
         quiet_libav();
         open_encoder(settings, even(width), even(height), true);

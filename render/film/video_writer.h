@@ -34,7 +34,8 @@ struct VideoSettings {
 /// Of libavcodec's encoders, those of H.264, HEVC and AV1, in alphabetical order.
 std::vector<std::string> encoder_names();
 
-/// Throws Error (usage) if the encoder is not there or refuses such pictures, before anything is written.
+/// Throws Error (usage) if the encoder is not there or refuses such pictures, or the film is larger [px] than any takes,
+/// before anything is written.
 void require_encoder(const VideoSettings& settings, int width, int height);
 
 class VideoWriter {
