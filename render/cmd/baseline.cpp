@@ -50,6 +50,7 @@ int threads_of(const JobPlan& plan) {
 /// The folder as one side of a comparison.
 diff::Source source_of(const fs::path& folder, const BaselineRecord& record) {
     diff::Source source = diff::find_source(folder);
+    std::erase_if(source.names, [&](const std::string& name) { return !is_frame_name(name); }); // somebody else's
     source.origin = record.origin;
     source.scene_text = record.scene_text;
     source.overrides = record.overrides;
@@ -298,6 +299,12 @@ std::string made_text(const Target& target) {
     return text;
 }
 
+/// What an update was about to put in a baseline's place; accept has no frames/ in it.
+void remove_fresh(const fs::path& fresh) noexcept {
+    remove_baseline(fresh / "frames");
+    remove_baseline(fresh);
+}
+
 void make_baseline(Target& target, const std::string& gl, int threads, JobProgress& progress) {
     const fs::path& folder = target.place.folder;
     std::error_code error;
@@ -310,9 +317,9 @@ void make_baseline(Target& target, const std::string& gl, int threads, JobProgre
         Check::copy_masks(folder, fresh / "frames", target.now);
         write_baseline_record(fresh / "frames", target.now);
         replace_folder(fresh / "frames", folder);
-        fs::remove_all(fresh, error);
+        remove_fresh(fresh);
     } catch (...) {
-        fs::remove_all(fresh, error); // the first error is told
+        remove_fresh(fresh); // the first error is told
         fs::remove(folder.parent_path(), error); // if nothing is in it
         throw;
     }
@@ -341,7 +348,14 @@ std::vector<std::pair<std::string, fs::path>> cases_of_report(const fs::path& re
     try {
         for (const nlohmann::json& each : json.at("cases")) {
             if (each.at("tier") != diff::name_of(diff::Tier::identical)) {
-                cases.emplace_back(each.at("name"), each.at("reference").get<std::string>());
+                const fs::path folder = each.at("reference").get<std::string>();
+                if (!sim::is_file_name(folder.filename().string()) ||
+                    !sim::is_file_name(folder.parent_path().filename().string())) {
+                    throw Error(ExitCode::io,
+                                fmt::format("cannot read {}: '{}' is the folder of no baseline", path.string(),
+                                            folder.string()));
+                }
+                cases.emplace_back(each.at("name"), folder);
             }
         }
     } catch (const nlohmann::json::exception&) {
@@ -362,13 +376,15 @@ fs::path accept_case(const BaselineOptions& options, const std::string& name, co
     fs::create_directories(folder.parent_path(), error);
     const FolderLock lock(folder.parent_path(), FolderLock::Kind::alone, true);
     const fs::path fresh = folder.string() + ".part";
-    fs::remove_all(fresh, error);
-    fs::copy(drawn, fresh, fs::copy_options::recursive, error);
-    if (error) {
-        const std::string reason = error.message();
-        fs::remove_all(fresh, error);
-        throw Error(ExitCode::io,
-                    fmt::format("cannot copy {} to {}: {}", drawn.string(), fresh.string(), reason));
+    remove_fresh(fresh);
+    for (const fs::path& file : baseline_files(drawn)) {
+        fs::create_directories((fresh / file).parent_path(), error);
+        fs::copy_file(drawn / file, fresh / file, fs::copy_options::overwrite_existing, error);
+        if (error) {
+            remove_fresh(fresh);
+            throw Error(ExitCode::io,
+                        fmt::format("cannot copy {} to {}: {}", drawn.string(), fresh.string(), error.message()));
+        }
     }
     replace_folder(fresh, folder);
     return folder;

@@ -1,8 +1,10 @@
 #include "render/cmd/baseline_draw.h"
 
+#include "render/cmd/baseline_place.h"
 #include "render/cmd/interrupt.h"
 #include "render/cmd/progress.h"
 #include "render/cmd/simulation.h"
+#include "render/cmd/workplace.h"
 #include "render/film/film.h"
 #include "render/film/memory.h"
 #include "render/film/thread_group.h"
@@ -29,18 +31,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto look_interval = 50ms; ///< at interruptions and progress
-
-void make_empty_folder(const fs::path& folder) {
-    std::error_code error;
-    fs::remove_all(folder, error);
-    if (!error) {
-        fs::create_directories(folder, error);
-    }
-    if (error) {
-        throw Error(ExitCode::io,
-                    fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
-    }
-}
 
 } // namespace
 
@@ -85,7 +75,8 @@ void draw_baseline(const sim::SceneDef& scene, const fs::path& folder, int threa
     }
     render::require_memory(scene.output.width, scene.output.height);
     sim::World world(scene, threads); // first: a scene that cannot start leaves no folder
-    make_empty_folder(folder / "frames");
+    remove_baseline(folder / "frames");
+    make_folder(folder / "frames");
     render::Film film(
         scene,
         {.folder = folder, .write_video = false, .frames = frames, .write_bodies = record.has_body_ids});

@@ -1,7 +1,9 @@
 #include "render/cmd/baseline_place.h"
 
+#include "render/cmd/workplace.h"
 #include "render/gl/context.h"
 #include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 
@@ -29,7 +31,7 @@ std::map<std::string, fs::path> names_in(const fs::path& folder) {
     std::error_code error;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
         const std::string name = entry.path().filename().string();
-        if (!name.ends_with(".part") && !name.ends_with(".old") && has_record(entry.path())) {
+        if (!name.ends_with(".part") && has_record(entry.path())) {
             names.emplace(name.substr(0, name.find('@')), entry.path());
         }
     }
@@ -44,6 +46,27 @@ fs::path scene_file_of(const fs::path& baselines, const fs::path& folder) {
     } catch (const Error&) {
         return {}; // told where it is compared
     }
+}
+
+/// Of what was a baseline's folder: its own files go, others move to where they lay.
+void keep_others(const fs::path& old, const fs::path& folder) {
+    remove_baseline(old);
+    std::error_code error;
+    std::vector<fs::path> paths;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(old, error)) {
+        paths.push_back(entry.path());
+    }
+    for (const fs::path& path : paths) {
+        const fs::path target = folder / path.lexically_relative(old);
+        if (!fs::is_directory(path, error) && !fs::exists(target, error)) {
+            fs::create_directories(target.parent_path(), error);
+            fs::rename(path, target, error);
+        }
+    }
+    for (auto path = paths.rbegin(); path != paths.rend(); ++path) { // a folder's entries come after it
+        remove_if_empty(*path);
+    }
+    remove_if_empty(old);
 }
 
 } // namespace
@@ -64,6 +87,9 @@ fs::path machine_folder(const fs::path& baselines, const BaselinePlace& place, c
 
 std::vector<BaselinePlace> places_of(const fs::path& baselines, const std::string& scene_file,
                                      const std::string& name) {
+    if (!name.empty() && !sim::is_file_name(name)) {
+        throw Error(ExitCode::usage, fmt::format("--name '{}': expected a name that a folder can have", name));
+    }
     const std::string scene = fs::path(scene_file).stem().string();
     std::map<std::string, fs::path> names = names_in(baselines / scene);
     if (!name.empty() || names.empty()) {
@@ -98,10 +124,37 @@ std::vector<BaselinePlace> all_places(const fs::path& baselines, const std::stri
     return places;
 }
 
-void replace_folder(const fs::path& fresh, const fs::path& folder) {
-    const fs::path old = folder.string() + ".old";
+std::vector<fs::path> baseline_files(const fs::path& folder) {
+    std::vector<fs::path> files;
     std::error_code error;
-    fs::remove_all(old, error);
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+        const fs::path name = entry.path().filename();
+        if (name == "baseline.json" || is_frame_name(name.string())) {
+            files.push_back(name);
+        }
+    }
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder / "masks", error)) {
+        const std::string stem = entry.path().stem().string();
+        if (!stem.empty() && stem.find_first_not_of("0123456789") == std::string::npos) {
+            files.push_back(fs::path("masks") / entry.path().filename());
+        }
+    }
+    return files;
+}
+
+void remove_baseline(const fs::path& folder) noexcept {
+    std::error_code kept; // what will not go
+    for (const fs::path& file : baseline_files(folder)) {
+        fs::remove(folder / file, kept);
+    }
+    remove_if_empty(folder / "masks");
+    remove_if_empty(folder);
+}
+
+void replace_folder(const fs::path& fresh, const fs::path& folder) {
+    const fs::path old = folder.string() + ".old.part";
+    std::error_code error;
+    keep_others(old, folder); // of an update that was killed
     fs::rename(folder, old, error);
     if (error && error != std::errc::no_such_file_or_directory) {
         throw Error(ExitCode::io, fmt::format("cannot replace {}: {}", folder.string(), error.message()));
@@ -112,7 +165,7 @@ void replace_folder(const fs::path& fresh, const fs::path& folder) {
         fs::rename(old, folder, error);
         throw Error(ExitCode::io, fmt::format("cannot replace {}: {}", folder.string(), reason));
     }
-    fs::remove_all(old, error);
+    keep_others(old, folder);
 }
 
 } // namespace cmd

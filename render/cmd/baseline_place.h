@@ -36,7 +36,14 @@ std::filesystem::path renderer_folder(const std::filesystem::path& baselines, co
 std::filesystem::path machine_folder(const std::filesystem::path& baselines, const BaselinePlace& place,
                                      const std::string& gl);
 
-/// Puts `fresh` in the place of `folder`; what was there goes only once the other is in its place. Throws Error (io).
+/// Files of a folder that a baseline consists of: record, pictures, what lies beside them, and masks. Relative to it.
+std::vector<std::filesystem::path> baseline_files(const std::filesystem::path& folder);
+
+/// Removes these, and the folder if nothing else is in it.
+void remove_baseline(const std::filesystem::path& folder) noexcept;
+
+/// Puts `fresh` in the place of `folder`; what was there goes only once the other is in its place, and what is not of
+/// a baseline stays. Throws Error (io).
 void replace_folder(const std::filesystem::path& fresh, const std::filesystem::path& folder);
 
 } // namespace cmd

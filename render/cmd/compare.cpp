@@ -33,7 +33,8 @@ std::string case_name(const fs::path& path) {
         }
         whole = whole.parent_path();
     }
-    return whole.stem().string();
+    const std::string name = whole.stem().string();
+    return sim::is_file_name(name) ? name : "pictures";
 }
 
 diff::Tier tier_of(const std::string& name) {
@@ -66,6 +67,12 @@ diff::Settings compare_settings(const CompareOptions& options) {
 
 void prepare_report(const std::string& folder) {
     std::error_code error;
+    for (const char* name : {"summary.json", "frames/run.json"}) {
+        if (fs::exists(fs::path(folder) / name, error)) {
+            throw Error(ExitCode::usage,
+                        fmt::format("{} is the folder of a run; choose another for the report", folder));
+        }
+    }
     fs::create_directories(folder, error);
     if (error) {
         throw Error(ExitCode::io, "cannot make the folder " + folder + ": " + error.message());

@@ -2,6 +2,7 @@
 /// before.
 #include "render/cmd/elsewhere.h"
 
+#include "render/cmd/run_folder.h"
 #include "render/cmd/run_record.h"
 #include "render/cmd/simulation.h"
 #include "render/gl/context.h"
@@ -161,10 +162,9 @@ Batch batch_of(const ClusterFilm& film, const Options& options, const std::strin
         }
     }
     if (simulates || has_other_frames(film.scene, film.folder)) {
-        const Workplace workplace(film.folder);
-        workplace.remove_file(run_record_name);
-        workplace.remove_frames();
-        workplace.remove_file(film.scene.name + ".mp4");
+        const Workplace workplace(film.folder, run_names(film.scene.name));
+        forget_products(workplace, film.scene.name, false);
+        remove_pictures(workplace);
     }
     batch.stages.push_back(draw_stage(film, options, words));
     if (!options.no_video) {
@@ -230,8 +230,9 @@ void run_scenes_elsewhere(const std::vector<sim::SceneDef>& scenes, const Option
     for (std::size_t i = 0; i < scenes.size(); ++i) {
         const fs::path folder = out / scenes[i].name;
         ClusterFilm film{.scene = scenes[i], .folder = folder, .trajectory = folder / "trajectory.h5"};
-        film.simulate = fmt::format("{} simulate {} --out {}{} --threads \"$cores\" --quiet", program_word(),
-                                    shell_word(options.inputs[i]), out_word(folder), scene_words(options));
+        film.simulate = fmt::format("{} simulate {} --out {}{} {} --threads \"$cores\" --quiet", program_word(),
+                                    shell_word(options.inputs[i]), out_word(folder), scene_words(options),
+                                    options.is_strict ? "--strict" : "--no-strict");
         films.push_back(std::move(film));
     }
     run_films(films, options, drawing_words(options));

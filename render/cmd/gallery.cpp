@@ -98,10 +98,7 @@ std::vector<diff::EnergySample> energy_of(const fs::path& path) {
     const sim::TrajectoryReader trajectory(path);
     const sim::TrajectoryInfo& info = trajectory.info();
     const sim::SceneDef scene = sim::parse_scene(info.scene_text, info.scene_name + ".toml", info.overrides);
-    if (scene.bodies.size() != info.body_names.size()) {
-        throw Error(ExitCode::io, fmt::format("{} has {} bodies, its scene {}", path.string(),
-                                              info.body_names.size(), scene.bodies.size()));
-    }
+    sim::require_same_bodies(info, scene, path.string());
     std::vector<diff::EnergySample> samples;
     const std::size_t records = trajectory.steps().size();
     const std::size_t count = std::min(records, plot_samples);
@@ -246,7 +243,7 @@ void write_gallery(const Options& options) {
     }
     sim::write_file(root / "index.html", diff::gallery_page(gallery));
     const std::set<std::string> files = files_of(gallery);
-    diff::write_manifest(root, {files.begin(), files.end()});
+    diff::write_manifest(root, diff::gallery_kind, {files.begin(), files.end()});
     if (!options.is_quiet) {
         std::printf("runs: %zu, reports: %zu; in %s\n", gallery.runs.size(), gallery.reports.size(),
                     (root / "index.html").c_str());

@@ -2,6 +2,7 @@
 #include "render/cmd/interrupt.h"
 #include "render/cmd/options.h"
 #include "render/cmd/progress.h"
+#include "render/cmd/run_folder.h"
 #include "render/cmd/run_record.h"
 #include "render/film/film.h"
 #include "sim/base/error.h"
@@ -45,6 +46,22 @@ sim::SceneDef common_scene(const std::vector<std::string>& folders) {
     return scene_of(*first);
 }
 
+/// Throws Error (usage) if the folder holds another run than that of `input`, a folder with frames.
+void require_same_run(const fs::path& folder, const fs::path& input) {
+    std::error_code error;
+    if (fs::equivalent(folder, input, error)) {
+        return;
+    }
+    const std::optional<RunRecord> there = read_run_record(folder);
+    const bool is_other =
+        there ? !record_difference(*read_run_record(input), *there).empty()
+              : fs::exists(folder / summary_name, error) || fs::exists(folder / trajectory_name, error);
+    if (is_other) {
+        throw Error(ExitCode::usage, fmt::format("{} holds another run than {}; choose another folder with --out",
+                                                 folder.string(), input.string()));
+    }
+}
+
 /// Where each frame lies. Throws Error (missing_or_size) naming the first that is nowhere.
 std::vector<fs::path> frame_paths(const std::vector<std::string>& folders, std::int64_t count) {
     std::vector<fs::path> paths;
@@ -76,9 +93,10 @@ void join_frames(const Options& options) {
     const fs::path folder =
         options.out.empty() ? fs::path(options.inputs.front()) : options.out / fs::path(scene.name);
     require_film(scene);
-    const Workplace workplace(folder);
-    const std::string name = scene.name + ".mp4";
-    workplace.remove_file(name);
+    const Workplace workplace(folder, run_names(scene.name));
+    require_same_run(folder, options.inputs.front());
+    forget_products(workplace, scene.name, true);
+    const std::string name = film_name(scene.name);
     render::VideoWriter video(folder / name, output.width, output.height, render::video_settings(scene));
     Progress progress(scene.name, "frames", static_cast<std::int64_t>(paths.size()), options.is_quiet);
     std::int64_t done = 0;
@@ -98,9 +116,15 @@ void join_frames(const Options& options) {
     }
     video.finish();
     progress.clear();
-    render::make_stills(
+    std::vector<sim::WrittenFile> made = render::make_stills(
         scene, stills_of(options), [&](std::int64_t frame) { return paths[static_cast<std::size_t>(frame)]; },
         folder);
+    if (const std::string summary = read_summary(folder); !summary.empty()) {
+        const auto files = *sim::files_of_summary(summary);
+        made.insert(made.begin(), sim::describe_file(folder, name));
+        made.insert(made.begin(), files.begin(), files.end());
+        sim::write_file(folder / summary_name, sim::summary_with_files(summary, made));
+    }
     if (!options.is_quiet) {
         std::printf("%s: %zu frames joined; in %s\n", scene.name.c_str(), paths.size(),
                     (folder / name).c_str());

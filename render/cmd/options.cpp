@@ -14,6 +14,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iterator>
 #include <optional>
@@ -115,6 +116,13 @@ void add_gl_option(CLI::App& verb, std::string& gl) {
         ->check(CLI::Validator([](const std::string& word) { return sim::gl_word_fault(word); }, ""));
 }
 
+void add_strict_option(CLI::App& verb, Options& options) {
+    const char* ci = std::getenv("CI");
+    options.is_strict = ci != nullptr && std::string_view(ci) == "true";
+    verb.add_flag("--strict,!--no-strict", options.is_strict,
+                  "Exit code 5 if a step ends above the tolerance or does not converge; the default where CI=true");
+}
+
 void add_still_options(CLI::App& verb, Options& options) {
     verb.add_option("--poster", options.poster_time, "Also the frame at this time [s] as SCENE_poster.png")
         ->type_name("S")
@@ -214,7 +222,7 @@ sim::SceneDef load_scene(const std::string& path, const Options& options) {
     }
 }
 
-void require_film(const sim::SceneDef& scene) {
+void require_film(const sim::SceneDef& scene, bool has_video) {
     const sim::OutputDef& output = scene.output;
     render::require_memory(output.width, output.height);
     const std::vector<std::string> names = render::encoder_names();
@@ -224,7 +232,9 @@ void require_film(const sim::SceneDef& scene) {
                                 scene.name, output.encoder, fmt::join(names, ", "),
                                 sim::near_miss(output.encoder, names)));
     }
-    render::require_encoder(render::video_settings(scene), output.width, output.height);
+    if (has_video) {
+        render::require_encoder(render::video_settings(scene), output.width, output.height);
+    }
 }
 
 int thread_count(const Options& options) {

@@ -40,6 +40,7 @@ struct Options {
     bool has_body_ids = false; ///< which body each pixel shows, beside the frames
     std::string gl;            ///< what draws; empty: what the scene says
     bool is_portable = false;  ///< pictures as processors without fused multiply-add draw them
+    bool is_strict = false;    ///< a promise that was missed is no success
     Placement placement; ///< of the work
     bool is_quiet = false;
 };
@@ -65,6 +66,8 @@ void add_options(CLI::App& verb, Options& options, Changes changes);
 void add_frame_options(CLI::App& verb, Options& options);
 /// --gl alone.
 void add_gl_option(CLI::App& verb, std::string& gl);
+/// --strict, the default where the environment says CI=true, and --no-strict.
+void add_strict_option(CLI::App& verb, Options& options);
 /// --poster, --sheet and --webp.
 void add_still_options(CLI::App& verb, Options& options);
 
@@ -81,9 +84,9 @@ std::string simulation_preset(const Options& options);
 /// with an option is told by its own name.
 sim::SceneDef load_scene(const std::string& path, const Options& options);
 
-/// Throws Error before anything is made: stopped if memory cannot hold the scene's pictures, usage if the film's
-/// encoder is not there or refuses them.
-void require_film(const sim::SceneDef& scene);
+/// Throws Error before anything is made: stopped if memory cannot hold the scene's pictures, usage if the film's encoder
+/// is not there or refuses them. has_video: pictures become a film.
+void require_film(const sim::SceneDef& scene, bool has_video = true);
 
 /// Threads to simulate with, >= 1: those asked for, else one a core. Those that draw at the same time share the cores.
 int thread_count(const Options& options);

@@ -2,6 +2,7 @@
 #include "render/cmd/elsewhere.h"
 #include "render/cmd/key_options.h"
 #include "render/cmd/options.h"
+#include "render/cmd/run_folder.h"
 #include "render/cmd/run_record.h"
 #include "render/cmd/supervise.h"
 #include "render/film/film.h"
@@ -45,10 +46,7 @@ sim::SceneDef scene_of(const sim::TrajectoryReader& trajectory, const std::strin
     };
     sim::SceneDef scene = parsed();
     scene.output.gl = options.gl.empty() ? scene.output.gl : options.gl;
-    if (scene.bodies.size() != info.body_names.size()) {
-        throw Error(ExitCode::usage, fmt::format("{} has {} bodies, its scene {}", path,
-                                                 info.body_names.size(), scene.bodies.size()));
-    }
+    sim::require_same_bodies(info, scene, path);
     if (sim::contacts_shown(scene) > trajectory.contacts()) {
         throw Error(
             ExitCode::usage,
@@ -86,6 +84,26 @@ std::vector<std::size_t> records_of_frames(const sim::TrajectoryReader& trajecto
     return records;
 }
 
+/// Enters the new pictures in the summary, if there is one.
+void sum_up(const sim::SceneDef& scene, const render::Film& film, const std::vector<sim::WrittenFile>& stills,
+            const fs::path& folder) {
+    const std::string text = read_summary(folder);
+    if (text.empty()) {
+        return;
+    }
+    sim::Summary drawn;
+    add_pictures(scene, film, drawn);
+    std::vector<sim::WrittenFile> files = *sim::files_of_summary(text); // of what was not drawn
+    std::error_code error;
+    if (fs::exists(folder / run_record_name, error)) {
+        files.push_back(sim::describe_file(folder, run_record_name));
+    }
+    files.insert(files.end(), drawn.files.begin(), drawn.files.end());
+    files.insert(files.end(), stills.begin(), stills.end());
+    drawn.files = files;
+    sim::write_file(folder / summary_name, sim::summary_with_pictures(text, scene, drawn));
+}
+
 } // namespace
 
 void render_trajectory(const Options& options) {
@@ -101,31 +119,31 @@ void render_trajectory(const Options& options) {
     const fs::path path = options.inputs.front();
     render::configure_gl(options.is_portable);
     const sim::TrajectoryReader trajectory(path);
-    const sim::SceneDef scene = scene_of(trajectory, path.string(), options);
+    sim::SceneDef scene = scene_of(trajectory, path.string(), options);
     const std::vector<std::size_t> records = records_of_frames(trajectory, path.string(), scene);
     const auto frame_count = static_cast<std::int64_t>(records.size());
     const FrameRange frames = frame_range(options, frame_count);
-    require_film(scene);
     const bool is_slice = !options.frames.empty();
+    require_film(scene, !options.no_video && !is_slice);
 
     const fs::path folder = options.out.empty() ? path.parent_path() : options.out / fs::path(scene.name);
     if (is_elsewhere(options.placement)) {
         render_elsewhere(scene, folder.empty() ? "." : folder, options);
         return;
     }
-    const Workplace workplace(folder.empty() ? "." : folder,
+    const Workplace workplace(folder.empty() ? "." : folder, run_names(scene.name),
                               is_slice ? Sharing::with_slices : Sharing::alone);
     const bool has_video = !options.no_video && !is_slice;
+    require_same_simulation(workplace.folder(), path);
+    const auto forget = [&] { forget_products(workplace, scene.name, false); };
     if (!options.no_png) {
-        prepare_frames(workplace, scene, options.is_resumed || is_slice);
+        prepare_frames(workplace, scene, options.is_resumed || is_slice, forget);
     }
-    if (has_video) {
-        workplace.remove_file(scene.name + ".mp4");
+    if (!is_slice) {
+        forget();
     }
-    for (const std::string& name : render::stills_names(scene)) {
-        if (!is_slice) {
-            workplace.remove_file(name);
-        }
+    if (options.no_png) {
+        remove_pictures(workplace);
     }
     render::Film film(scene, {.folder = workplace.folder(),
                               .write_png = !options.no_png,
@@ -154,10 +172,13 @@ void render_trajectory(const Options& options) {
         supervise(
             threads, progress, [&] { return film.frames_done(); }, workplace);
     }
-    render::make_stills(
+    const std::vector<sim::WrittenFile> made = render::make_stills(
         scene, stills,
         [&](std::int64_t frame) { return workplace.folder() / render::frame_file_name(frame); },
         workplace.folder());
+    if (!is_slice) {
+        sum_up(scene, film, made, workplace.folder());
+    }
     if (!options.is_quiet) {
         const auto count = static_cast<double>(frames.end - frames.begin);
         const render::FilmTimes& times = film.times();

@@ -2,6 +2,7 @@
 /// film each in a thread.
 #include "render/cmd/elsewhere.h"
 #include "render/cmd/options.h"
+#include "render/cmd/run_folder.h"
 #include "render/cmd/run_record.h"
 #include "render/cmd/simulation.h"
 #include "render/cmd/supervise.h"
@@ -32,9 +33,6 @@ using sim::ExitCode;
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr const char* trajectory_name = "trajectory.h5";
-constexpr const char* summary_name = "summary.json";
 
 /// What the preset of a run promised and what was reached.
 sim::PresetResult preset_result(const sim::SceneDef& scene, const Simulation& simulation,
@@ -87,6 +85,9 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
     }
     line += fmt::format("{} steps in {}; largest overlap {:.2g} m", totals.steps,
                         duration_text(summary.wall_time), totals.max_penetration);
+    if (totals.steps_above_tolerance > 0) {
+        line += fmt::format("; {} steps above the tolerance", totals.steps_above_tolerance);
+    }
     if (totals.steps_at_iteration_limit > 0) {
         line += fmt::format("; {} steps at the iteration limit", totals.steps_at_iteration_limit);
     }
@@ -121,13 +122,13 @@ void work(Simulation& simulation, render::Film* film, const FrameRange& frames, 
 }
 
 /// --frames: these frames and nothing else, for tumble join. Other slices may be drawn into the folder
-/// meanwhile.
-void run_slice(const sim::SceneDef& scene, const fs::path& folder, const Options& options) {
+/// meanwhile. Returns the promise that was missed, as run_scene does.
+std::string run_slice(sim::SceneDef& scene, const fs::path& folder, const Options& options) {
     const Clock::time_point start = Clock::now();
     const FrameRange frames = frame_range(options, frame_count_of(scene));
     sim::World world(scene, thread_count(options));
-    const Workplace workplace(folder, Sharing::with_slices);
-    prepare_frames(workplace, scene, true);
+    const Workplace workplace(folder, run_names(scene.name), Sharing::with_slices);
+    prepare_frames(workplace, scene, true, [&] { forget_run(workplace, scene.name); });
     render::Film film(scene, {.folder = folder,
                               .write_video = false,
                               .keep_frames = options.is_resumed,
@@ -142,25 +143,23 @@ void run_slice(const sim::SceneDef& scene, const fs::path& folder, const Options
                     duration_text(std::chrono::duration<double>(Clock::now() - start).count()).c_str(),
                     folder.c_str());
     }
+    return simulation.missed_promise();
 }
 
-void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options& options,
-               bool has_pictures) {
+/// Returns the promise that was missed by most; empty if none was.
+std::string run_scene(sim::SceneDef& scene, const fs::path& folder, const Options& options,
+                      bool has_pictures) {
     const Clock::time_point start = Clock::now();
     sim::World world(scene, thread_count(options)); // first: a scene that cannot start leaves no folder
-    const Workplace workplace(folder);
+    const Workplace workplace(folder, run_names(scene.name));
     const bool has_png = has_pictures && !options.no_png;
+    const auto forget = [&] { forget_run(workplace, scene.name); };
     if (has_png) {
-        prepare_frames(workplace, scene, options.is_resumed);
-    } else {
-        workplace.remove_file(run_record_name);
-        workplace.remove_frames();
+        prepare_frames(workplace, scene, options.is_resumed, forget);
     }
-    workplace.remove_file(summary_name);
-    workplace.remove_file(trajectory_name);
-    workplace.remove_file(scene.name + ".mp4");
-    for (const std::string& name : render::stills_names(scene)) {
-        workplace.remove_file(name);
+    forget();
+    if (!has_png) {
+        remove_pictures(workplace);
     }
 
     std::unique_ptr<render::Film> film;
@@ -184,18 +183,7 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
         summary.files.push_back(sim::describe_file(folder, run_record_name));
     }
     if (film != nullptr) {
-        summary.shaders_hash = render::shaders_hash();
-        summary.renderer = film->renderer_string();
-        const auto count = static_cast<double>(frame_count_of(scene));
-        const render::FilmTimes& times = film->times();
-        summary.processor = render::processor_class();
-        summary.picture_ms = {{"list", times.list / count},
-                              {"draw", times.draw / count},
-                              {"edges", times.edges / count},
-                              {"png", times.png / count},
-                              {"video", times.video / count}};
-        const std::vector<sim::WrittenFile> files = film->files();
-        summary.files.insert(summary.files.end(), files.begin(), files.end());
+        add_pictures(scene, *film, summary);
     }
     const auto frame_path = [&](std::int64_t frame) { return folder / render::frame_file_name(frame); };
     for (const sim::WrittenFile& file : render::make_stills(scene, stills_of(options), frame_path, folder)) {
@@ -206,6 +194,7 @@ void run_scene(const sim::SceneDef& scene, const fs::path& folder, const Options
     if (!options.is_quiet) {
         print_result(scene, summary, has_pictures, folder);
     }
+    return simulation.missed_promise();
 }
 
 void run_all(const Options& options, bool has_pictures) {
@@ -223,19 +212,26 @@ void run_all(const Options& options, bool has_pictures) {
         }
         frame_range(options, frame_count_of(scenes.back()));
         if (has_pictures) {
-            require_film(scenes.back());
+            require_film(scenes.back(), !options.no_video && options.frames.empty());
+        }
+        if (!simulation_preset(options).empty()) {
+            study::require_study(scenes.back()); // the error reached is told at the end
         }
     }
     if (is_elsewhere(options.placement)) {
         run_scenes_elsewhere(scenes, options);
         return;
     }
-    for (const sim::SceneDef& scene : scenes) {
-        if (options.frames.empty()) {
-            run_scene(scene, out / scene.name, options, has_pictures);
-        } else {
-            run_slice(scene, out / scene.name, options);
+    std::string missed; // of all scenes: each is run
+    for (sim::SceneDef& scene : scenes) {
+        const std::string promise = options.frames.empty() ? run_scene(scene, out / scene.name, options, has_pictures)
+                                                           : run_slice(scene, out / scene.name, options);
+        if (!promise.empty()) {
+            missed += (missed.empty() ? "" : "; ") + scene.name + ": " + promise;
         }
+    }
+    if (options.is_strict && !missed.empty()) {
+        throw Error(ExitCode::stopped, missed);
     }
 }
 

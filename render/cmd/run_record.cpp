@@ -86,21 +86,46 @@ std::optional<RunRecord> read_run_record(const fs::path& folder) {
     const std::string text = sim::read_text_file(path);
     try {
         const nlohmann::json json = nlohmann::json::parse(text);
-        return RunRecord{json.at("program"),      json.at("renderer"),   json.at("processor"),
+        RunRecord record{json.at("program"),      json.at("renderer"),   json.at("processor"),
                          json.value("node", "another machine"),
                          json.at("shaders_hash"), json.at("scene_name"), json.at("scene_text"),
                          json.at("overrides")};
+        if (sim::is_file_name(record.scene_name)) {
+            return record;
+        }
     } catch (const nlohmann::json::exception&) {
-        throw sim::Error(sim::ExitCode::io, fmt::format("cannot read {}: it is damaged", path.string()));
+        // Said below.
     }
+    throw sim::Error(sim::ExitCode::io, fmt::format("cannot read {}: it is damaged", path.string()));
 }
 
-void prepare_frames(const Workplace& workplace, const sim::SceneDef& scene, bool keeps) {
+void add_pictures(const sim::SceneDef& scene, const render::Film& film, sim::Summary& summary) {
+    const auto count = static_cast<double>(sim::frame_count(scene.output.duration, scene.output.fps));
+    const render::FilmTimes& times = film.times();
+    summary.shaders_hash = render::shaders_hash();
+    summary.renderer = film.renderer_string();
+    summary.processor = render::processor_class();
+    summary.picture_ms = {{"list", times.list / count},
+                          {"draw", times.draw / count},
+                          {"edges", times.edges / count},
+                          {"png", times.png / count},
+                          {"video", times.video / count}};
+    const std::vector<sim::WrittenFile> files = film.files();
+    summary.files.insert(summary.files.end(), files.begin(), files.end());
+}
+
+void remove_pictures(const Workplace& workplace) {
+    workplace.remove_file(run_record_name);
+    workplace.remove_frames();
+}
+
+void prepare_frames(const Workplace& workplace, sim::SceneDef& scene, bool keeps,
+                    const std::function<void()>& forget) {
     const fs::path& folder = workplace.folder();
     const RunRecord now = record_of(scene);
     if (!keeps) {
-        workplace.remove_file(run_record_name);
-        workplace.remove_frames();
+        forget();
+        remove_pictures(workplace);
     }
     workplace.make_frames_folder();
     // Of several slices that start at once, one writes the record.
@@ -114,6 +139,9 @@ void prepare_frames(const Workplace& workplace, const sim::SceneDef& scene, bool
                         folder.string()));
     }
     if (!before) {
+        if (keeps) {
+            forget();
+        }
         write_run_record(folder, now);
         return;
     }
@@ -124,6 +152,7 @@ void prepare_frames(const Workplace& workplace, const sim::SceneDef& scene, bool
             fmt::format("cannot go on in {}: {}; run without --resume and --frames to start again",
                         folder.string(), difference));
     }
+    scene.overrides = before->overrides;
 }
 
 } // namespace cmd

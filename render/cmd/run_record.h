@@ -1,9 +1,12 @@
 #pragma once
 /// What a folder's frames were made from: frames/run.json, written before the first of them.
 #include "render/cmd/workplace.h"
+#include "render/film/film.h"
 #include "sim/model/scene_def.h"
+#include "sim/record/summary.h"
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -32,8 +35,17 @@ std::optional<RunRecord> read_run_record(const std::filesystem::path& folder);
 std::string record_difference(const RunRecord& now, const RunRecord& before);
 
 /// Makes the folder ready for frames of the scene: those of another run are removed, unless `keeps` says that
-/// they are to be used, and run.json is written. Throws Error: usage if frames are to be used that were made
-/// with other settings, io.
-void prepare_frames(const Workplace& workplace, const sim::SceneDef& scene, bool keeps);
+/// they are to be used, and run.json is written. forget: called before frames of another run go, or the first of a run
+/// come, to remove what does not belong to them. Throws Error: usage if frames are to be used that were made with other
+/// settings, io. Where frames are kept, the scene's overrides become those that they were made with, which mean the same:
+/// the film says how it was made.
+void prepare_frames(const Workplace& workplace, sim::SceneDef& scene, bool keeps,
+                    const std::function<void()>& forget);
+
+/// Enters in a summary what the film has made, once its threads have ended.
+void add_pictures(const sim::SceneDef& scene, const render::Film& film, sim::Summary& summary);
+
+/// Removes frames and what they were made from. Throws Error (io).
+void remove_pictures(const Workplace& workplace);
 
 } // namespace cmd

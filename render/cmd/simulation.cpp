@@ -1,7 +1,11 @@
 #include "render/cmd/simulation.h"
 
+#include "sim/scene/overlap.h"
 #include "sim/scene/study.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <ctime>
 #include <memory>
 #include <utility>
@@ -51,8 +55,9 @@ void Simulation::advance(const render::ThreadGroup& threads) {
             return;
         }
         const double before = thread_time();
-        summary_.totals.add(world_.step());
+        const sim::StepReport report = world_.step();
         processor_time_ += thread_time() - before;
+        judge(report);
         ++steps_done_;
         if (!record_state()) {
             return;
@@ -68,6 +73,40 @@ void Simulation::advance(const render::ThreadGroup& threads) {
     if (trajectory_) {
         trajectory_->finish();
     }
+}
+
+void Simulation::judge(const sim::StepReport& report) {
+    summary_.totals.add(report, scene_.step.tolerance);
+    if (report.max_penetration > std::max(scene_.step.tolerance, overlap_.amount)) {
+        overlap_ = {report.max_penetration, world_.time(), world_.take_snapshot()};
+    }
+    if (report.at_iteration_limit && report.residual > unconverged_.amount) {
+        unconverged_ = {report.residual, world_.time(), {}};
+    }
+}
+
+std::string Simulation::missed_promise() const {
+    if (overlap_.amount > 0.0) {
+        sim::SceneDef then = scene_;
+        for (std::size_t i = 0; i < then.bodies.size(); ++i) {
+            then.bodies[i].pose = {overlap_.state.bodies[i].position, overlap_.state.bodies[i].orientation};
+        }
+        const std::optional<sim::StartOverlap> found = sim::find_start_overlap(then);
+        const auto name = [&](int body) { return scene_.bodies[static_cast<std::size_t>(body)].name; };
+        return fmt::format("at {:.6g} s {} overlap by {:.3g} m, expected at most the tolerance, {:g} m; {} of {} "
+                           "steps are above it",
+                           overlap_.time,
+                           found ? fmt::format("'{}' and '{}'", name(found->body_a), name(found->body_b)) : "two bodies",
+                           overlap_.amount, scene_.step.tolerance, summary_.totals.steps_above_tolerance,
+                           summary_.totals.steps);
+    }
+    if (summary_.totals.steps_at_iteration_limit > 0) {
+        return fmt::format("at {:.6g} s a gap error of {:.3g} m was left after {} sweeps; {} of {} steps did not "
+                           "converge",
+                           unconverged_.time, unconverged_.amount, scene_.step.iteration_limit,
+                           summary_.totals.steps_at_iteration_limit, summary_.totals.steps);
+    }
+    return {};
 }
 
 bool Simulation::record_state() {

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 namespace cmd {
 
@@ -35,12 +36,23 @@ public:
     std::int64_t last_step() const { return last_step_; }
     /// Once advance() has returned.
     const sim::Summary& summary() const { return summary_; }
+    /// The promise that was missed by most: time, bodies and amount, in one sentence; empty if all steps converged
+    /// and ended within the tolerance.
+    std::string missed_promise() const;
     /// [s] Processor time of the thread that advances.
     double processor_time() const { return processor_time_; }
     /// The states that the frames show, of a scene that names a law: at its instants error is measured.
     const std::vector<sim::Snapshot>& law_states() const { return law_states_; }
 
 private:
+    /// A step that missed what the scene asks for.
+    struct Miss {
+        double amount = 0.0; ///< [m]; 0: there was none
+        double time = 0.0;   ///< [s] at its end
+        sim::Snapshot state; ///< then
+    };
+    /// Keeps the step in mind if it is the worst so far.
+    void judge(const sim::StepReport& report);
     /// Hands the present state to trajectory and film, where it is one of theirs. False once the film stops.
     bool record_state();
 
@@ -54,6 +66,8 @@ private:
     bool has_law_ = false;
     std::int64_t next_frame_ = 0;
     sim::Summary summary_;
+    Miss overlap_;     ///< above the tolerance
+    Miss unconverged_; ///< a gap error that the sweeps left
     std::vector<sim::Snapshot> law_states_;
     double processor_time_ = 0.0;
     std::atomic<std::int64_t> steps_done_ = 0;

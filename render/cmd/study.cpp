@@ -2,6 +2,7 @@
 #include "render/cmd/study.h"
 
 #include "render/cmd/study_crew.h"
+#include "render/cmd/study_diagram.h"
 #include "render/cmd/study_film.h"
 #include "render/cmd/study_page.h"
 #include "render/cmd/usage.h"
@@ -170,10 +171,20 @@ void find_references(Study& study) {
     }
 }
 
+/// Frames of a panel, and its folders if nothing else is in them.
+void remove_panel(const fs::path& folder) {
+    remove_frame_files(folder / "frames");
+    remove_if_empty(folder / "frames");
+    remove_if_empty(folder);
+}
+
 void make_film(const Study& study, const study::Table& table) {
     const std::vector<Panel> panels = choose_panels(study.plan, table);
     const fs::path folder = study.folder / "film";
-    fs::remove_all(folder);
+    // What an interrupted study has left.
+    for (const study::Task& task : study.plan.tasks) {
+        remove_panel(folder / task.name);
+    }
     std::vector<Job> jobs;
     for (const Panel& panel : panels) {
         const study::Task& task =
@@ -192,7 +203,7 @@ void make_film(const Study& study, const study::Table& table) {
     run_jobs(jobs, settings);
     join_panels(study.plan, panels, folder);
     for (const Panel& panel : panels) {
-        fs::remove_all(folder / panel.name);
+        remove_panel(folder / panel.name);
     }
 }
 
@@ -215,6 +226,19 @@ void print_front(const study::Plan& plan, const study::Table& table, const fs::p
     }
 }
 
+/// Files that a study writes, relative to its folder.
+std::vector<std::string> study_names(const study::Plan& plan) {
+    std::vector<std::string> names{"study.csv",      "statistics.csv", "index.html",     "film/film.mp4",
+                                   "diagram.svg", "diagram.png",    "statistics.svg", "statistics.png"};
+    for (const std::vector<study::Task>* tasks : {&plan.tasks, &plan.references}) {
+        for (const study::Task& task : *tasks) {
+            names.push_back("points/" + task.name + ".json");
+            names.push_back("points/" + task.name + ".h5");
+        }
+    }
+    return names;
+}
+
 /// A task of a cluster, "points:3/25": others compute other parts into the folder meanwhile. Throws Error.
 void study_part(Study& study, const std::string& part) {
     const std::size_t colon = std::min(part.find(':'), part.size());
@@ -224,8 +248,8 @@ void study_part(Study& study, const std::string& part) {
         throw sim::Error(sim::ExitCode::usage,
                          fmt::format("--part '{}': expected references:K/N or points:K/N with 0 <= K < N", part));
     }
-    const Workplace workplace(study.folder, Sharing::with_slices);
-    fs::create_directories(study.folder / "points");
+    const Workplace workplace(study.folder, study_names(study.plan), Sharing::with_slices);
+    make_folder(study.folder / "points");
     if (word == "references") {
         compute_points(study, study.plan.references, *share, "a part of the converged solution");
         return;
@@ -299,8 +323,8 @@ void study_scene(const StudyOptions& options, std::span<const study::EngineKind>
     if (is_elsewhere(options.placement) && !compute_elsewhere(study)) {
         return;
     }
-    const Workplace workplace(study.folder);
-    fs::create_directories(study.folder / "points");
+    const Workplace workplace(study.folder, study_names(study.plan));
+    make_folder(study.folder / "points");
     find_references(study);
     study.points = points_of(study, study.plan.tasks, "points");
     const study::Table table =
@@ -318,13 +342,10 @@ void study_scene(const StudyOptions& options, std::span<const study::EngineKind>
     for (const char* name : {"diagram.svg", "diagram.png", "statistics.svg", "statistics.png"}) {
         workplace.remove_file(name); // of an earlier study
     }
-    bool is_drawn = study::draw_diagram(study.plan, table, study.folder);
-    if (is_drawn && study.plan.is_statistical()) {
-        is_drawn =
-            study::draw_statistics(study.plan, table, study.points, study.reference_points, study.folder);
-    }
-    if (!is_drawn) {
-        std::fputs("tumble: no diagram: gnuplot is not installed; diagram.gp draws it where it is\n", stderr);
+    write_figure(study_diagram(study.plan, table), study.folder, "diagram");
+    if (study.plan.is_statistical()) {
+        write_figure(study_statistics(study.plan, table, study.points, study.reference_points), study.folder,
+                     "statistics");
     }
     if (options.has_films) {
         make_film(study, table);

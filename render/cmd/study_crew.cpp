@@ -15,7 +15,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cstdio>
+#include <new>
 #include <thread>
 
 namespace cmd {
@@ -27,36 +30,42 @@ using sim::ExitCode;
 using Counter = std::atomic<std::int64_t>;
 static_assert(Counter::is_always_lock_free); // it is shared between processes
 
-/// A counter a job, seen by parent and children.
-class Counters {
+/// What parent and child see of a job.
+struct Desk {
+    Counter steps = 0;
+    std::array<char, 512> reason{}; ///< why it failed: text that ends with 0
+};
+
+class Desks {
 public:
-    explicit Counters(std::size_t count) : bytes_(std::max<std::size_t>(1, count) * sizeof(Counter)) {
+    explicit Desks(std::size_t count) : bytes_(std::max<std::size_t>(1, count) * sizeof(Desk)) {
         void* memory = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
         if (memory == MAP_FAILED) {
             throw Error(ExitCode::io, fmt::format("cannot share memory: {}", std::strerror(errno)));
         }
-        first_ = static_cast<Counter*>(memory);
+        first_ = static_cast<Desk*>(memory);
         for (std::size_t i = 0; i < count; ++i) {
-            new (first_ + i) Counter(0);
+            new (first_ + i) Desk;
         }
     }
-    ~Counters() { munmap(first_, bytes_); }
-    Counters(const Counters&) = delete;
-    Counters& operator=(const Counters&) = delete;
+    ~Desks() { munmap(first_, bytes_); }
+    Desks(const Desks&) = delete;
+    Desks& operator=(const Desks&) = delete;
 
-    Counter& operator[](std::size_t i) { return first_[i]; }
+    Desk& operator[](std::size_t i) { return first_[i]; }
 
 private:
     std::size_t bytes_;
-    Counter* first_ = nullptr;
+    Desk* first_ = nullptr;
 };
 
 struct Child {
     pid_t pid = 0;
     std::size_t job = 0;
+    int status = 0; ///< of waitpid
 };
 
-[[noreturn]] void be_child(const Job& job, int limit, Counter& counter) {
+[[noreturn]] void be_child(const Job& job, int limit, Desk& desk) {
     prctl(PR_SET_PDEATHSIG, SIGKILL); // no orphans
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU}) {
         std::signal(signal, SIG_DFL);
@@ -66,79 +75,102 @@ struct Child {
     setrlimit(RLIMIT_CPU, &time);
     const rlimit none{0, 0};
     setrlimit(RLIMIT_CORE, &none);
+    const auto fail = [&desk](ExitCode code, const char* reason) {
+        std::snprintf(desk.reason.data(), desk.reason.size(), "%s", reason);
+        _exit(static_cast<int>(code));
+    };
     try {
-        job.work(counter);
+        job.work(desk.steps);
+    } catch (const Error& error) {
+        fail(error.code(), error.what());
+    } catch (const std::bad_alloc&) {
+        fail(ExitCode::stopped, "out of memory");
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "\n%s: %s\n", job.name.c_str(), error.what());
-        _exit(1);
+        fail(ExitCode::stopped, error.what());
     }
     _exit(0);
 }
 
-Child start(const Job& job, std::size_t index, int limit, Counter& counter) {
+Child start(const Job& job, std::size_t index, int limit, Desk& desk) {
     std::fflush(nullptr); // or the child would print it again
     const pid_t pid = fork();
     if (pid < 0) {
         throw Error(ExitCode::io, fmt::format("cannot start a process: {}", std::strerror(errno)));
     }
     if (pid == 0) {
-        be_child(job, limit, counter);
+        be_child(job, limit, desk);
     }
     return {pid, index};
 }
 
-/// True if the child has ended; its job then has failed or succeeded.
-bool has_ended(const Child& child, const Job& job, int limit, Counter& counter) {
-    int status = 0;
-    if (waitpid(child.pid, &status, WNOHANG) != child.pid) {
-        return false;
-    }
-    counter = job.steps;
+/// True once the child has ended; its status is there from then on.
+bool is_over(Child& child) {
+    return waitpid(child.pid, &child.status, WNOHANG) == child.pid;
+}
+
+/// A job whose child has ended has failed or succeeded. Throws Error (io): no other point would fare better.
+void settle(const Child& child, const Job& job, int limit, Desk& desk) {
+    const int status = child.status;
+    desk.steps = job.steps;
     if (WIFSIGNALED(status)) {
         const bool is_too_dear = WTERMSIG(status) == SIGXCPU;
         job.on_failure(is_too_dear, is_too_dear ? fmt::format("not done after {} s of processor time", limit)
                                                 : fmt::format("ended by signal {}", WTERMSIG(status)));
+    } else if (WEXITSTATUS(status) == static_cast<int>(ExitCode::io)) {
+        throw Error(ExitCode::io, desk.reason.data());
     } else if (WEXITSTATUS(status) != 0) {
-        job.on_failure(false, fmt::format("ended with {}", WEXITSTATUS(status)));
+        job.on_failure(false, desk.reason.data());
     }
-    return true;
 }
 
-void end_all(const std::vector<Child>& children) {
-    for (const Child& child : children) {
-        kill(child.pid, SIGKILL);
-        waitpid(child.pid, nullptr, 0);
+/// The children at work; none outlives it.
+struct Crew {
+    std::vector<Child> children{};
+
+    Crew() = default;
+    Crew(const Crew&) = delete;
+    Crew& operator=(const Crew&) = delete;
+    ~Crew() {
+        for (const Child& child : children) {
+            kill(child.pid, SIGKILL);
+            waitpid(child.pid, nullptr, 0);
+        }
     }
-}
+};
 
 } // namespace
 
 void run_jobs(const std::vector<Job>& jobs, const CrewSettings& settings) {
-    Counters counters(jobs.size());
+    Desks desks(jobs.size());
     std::int64_t total = 0;
     for (const Job& job : jobs) {
         total += job.steps;
     }
     Progress progress(settings.label, "steps", std::max<std::int64_t>(1, total), settings.is_quiet);
-    std::vector<Child> children;
+    Crew crew;
     std::size_t next = 0;
     const auto wanted = static_cast<std::size_t>(settings.processes);
-    while (next < jobs.size() || !children.empty()) {
+    while (next < jobs.size() || !crew.children.empty()) {
         if (is_interrupted()) {
-            end_all(children);
             progress.clear();
             throw Error(ExitCode::interrupted,
                         "interrupted; points that are done are kept: the same command goes on");
         }
-        for (; next < jobs.size() && children.size() < wanted; ++next) {
-            children.push_back(start(jobs[next], next, settings.limit, counters[next]));
+        for (; next < jobs.size() && crew.children.size() < wanted; ++next) {
+            crew.children.push_back(start(jobs[next], next, settings.limit, desks[next]));
         }
-        std::erase_if(children, [&](const Child& child) {
-            return has_ended(child, jobs[child.job], settings.limit, counters[child.job]);
-        });
+        for (std::size_t i = 0; i < crew.children.size();) {
+            if (!is_over(crew.children[i])) {
+                ++i;
+                continue;
+            }
+            const Child child = crew.children[i];
+            crew.children.erase(crew.children.begin() + static_cast<std::ptrdiff_t>(i));
+            settle(child, jobs[child.job], settings.limit, desks[child.job]);
+        }
         std::int64_t done = 0;
         for (std::size_t i = 0; i < next; ++i) {
-            done += counters[i];
+            done += desks[i].steps;
         }
         progress.update(done);
         std::this_thread::sleep_for(std::chrono::milliseconds(20));

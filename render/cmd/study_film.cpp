@@ -1,5 +1,6 @@
 #include "render/cmd/study_film.h"
 
+#include "render/cmd/workplace.h"
 #include "render/film/film.h"
 #include "render/film/thread_group.h"
 #include "render/film/video_writer.h"
@@ -100,7 +101,7 @@ void draw_panel(const study::Plan& plan, const study::Task& task, const study::E
                 const fs::path& folder, std::atomic<std::int64_t>& steps_done) {
     const sim::SceneDef scene = panel_scene(plan, task);
     study::Engine world = engine.make(scene, task.setting.variant);
-    fs::create_directories(folder / "frames");
+    make_folder(folder / "frames");
     render::Film film(scene, {.folder = folder, .write_video = false});
     render::ThreadGroup threads; // ends before what its threads use
     film.start(threads);

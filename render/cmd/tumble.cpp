@@ -93,9 +93,11 @@ int run_program(int argc, char** argv) {
     CLI::App* run = add_verb(app, "run", "Simulate, draw and encode: DIR/<scene>/", options, everything);
     cmd::add_frame_options(*run, options);
     cmd::add_still_options(*run, options);
+    cmd::add_strict_option(*run, options);
     scenes(run, cmd::run_scenes);
-    scenes(add_verb(app, "simulate", "No pictures: trajectory and summary", options, everything),
-           cmd::simulate_scenes);
+    CLI::App* simulate = add_verb(app, "simulate", "No pictures: trajectory and summary", options, everything);
+    cmd::add_strict_option(*simulate, options);
+    scenes(simulate, cmd::simulate_scenes);
     CLI::App* render =
         add_verb(app, "render", "Pictures and film of an earlier simulation", options, only_output);
     cmd::add_frame_options(*render, options);

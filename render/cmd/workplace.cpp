@@ -1,6 +1,8 @@
 #include "render/cmd/workplace.h"
 
+#include "render/film/stills.h"
 #include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +11,10 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <string_view>
 #include <sys/file.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 namespace cmd {
 
@@ -22,7 +24,21 @@ using sim::ExitCode;
 
 namespace {
 
-/// "frame_000000.png", and what lies beside it: "frame_000000.bodies.png", "frame_000000.bodies.json".
+/// Frames that are not whole.
+void remove_frame_parts(const fs::path& folder) {
+    if (!fs::is_directory(folder)) {
+        return;
+    }
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+        const fs::path name = entry.path().filename();
+        if (name.extension() == ".part" && is_frame_name(name.stem().string())) {
+            fs::remove(entry.path());
+        }
+    }
+}
+
+} // namespace
+
 bool is_frame_name(std::string_view name) {
     constexpr std::string_view prefix = "frame_";
     for (const std::string_view suffix : {".bodies.json", ".bodies.png", ".png"}) {
@@ -35,28 +51,6 @@ bool is_frame_name(std::string_view name) {
     }
     return false;
 }
-
-void remove_parts_in(const fs::path& folder) {
-    if (!fs::is_directory(folder)) {
-        return;
-    }
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-        if (entry.path().extension() == ".part") {
-            fs::remove(entry.path());
-        }
-    }
-}
-
-void make_folder(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) {
-        throw Error(ExitCode::io,
-                    fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
-    }
-}
-
-} // namespace
 
 FolderLock::FolderLock(const fs::path& folder, Kind kind, bool waits) {
     descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -81,7 +75,59 @@ FolderLock::~FolderLock() {
     ::close(descriptor_); // which unlocks it
 }
 
-Workplace::Workplace(const fs::path& folder, Sharing sharing) : folder_(folder), sharing_(sharing) {
+void make_folder(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) {
+        throw Error(ExitCode::io,
+                    fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
+    }
+}
+
+std::string film_name(const std::string& scene) {
+    return scene + ".mp4";
+}
+
+std::vector<std::string> product_names(const std::string& scene) {
+    std::vector<std::string> names{film_name(scene)};
+    for (const std::string& name : render::stills_names(scene)) {
+        names.push_back(name);
+    }
+    return names;
+}
+
+std::vector<std::string> run_names(const std::string& scene) {
+    std::vector<std::string> names = product_names(scene);
+    names.insert(names.end(), {trajectory_name, summary_name});
+    return names;
+}
+
+void remove_frame_files(const fs::path& folder, const std::set<std::string>& kept) {
+    try {
+        if (!fs::is_directory(folder)) {
+            return;
+        }
+        for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+            const std::string name = entry.path().filename().string();
+            if (is_frame_name(name) && !kept.contains(name)) {
+                fs::remove(entry.path());
+            }
+        }
+    } catch (const fs::filesystem_error& error) {
+        throw Error(ExitCode::io, fmt::format("cannot remove old frames in {}: {}", folder.string(),
+                                              error.code().message()));
+    }
+}
+
+void remove_if_empty(const fs::path& folder) noexcept {
+    std::error_code kept; // with other files in it, or where a disk is mounted
+    if (fs::is_directory(folder, kept)) {
+        fs::remove(folder, kept);
+    }
+}
+
+Workplace::Workplace(const fs::path& folder, std::vector<std::string> names, Sharing sharing)
+    : folder_(folder), names_(std::move(names)), sharing_(sharing) {
     make_folder(folder);
     lock_.emplace(folder, sharing == Sharing::alone ? FolderLock::Kind::alone : FolderLock::Kind::shared,
                   false);
@@ -93,22 +139,8 @@ void Workplace::make_frames_folder() const {
 }
 
 void Workplace::remove_frames() const {
-    const fs::path frames = folder_ / "frames";
-    try {
-        if (!fs::is_directory(frames)) {
-            return;
-        }
-        for (const fs::directory_entry& entry : fs::directory_iterator(frames)) {
-            if (is_frame_name(entry.path().filename().string())) {
-                fs::remove(entry.path());
-            }
-        }
-        std::error_code kept; // with other files in it, or where a disk is mounted
-        fs::remove(frames, kept);
-    } catch (const fs::filesystem_error& error) {
-        throw Error(ExitCode::io, fmt::format("cannot remove old frames in {}: {}", frames.string(),
-                                              error.code().message()));
-    }
+    remove_frame_files(folder_ / "frames");
+    remove_if_empty(folder_ / "frames");
 }
 
 void Workplace::remove_file(const std::string& name) const {
@@ -135,8 +167,12 @@ void Workplace::remove_parts() const noexcept {
         return;
     }
     try {
-        remove_parts_in(folder_);
-        remove_parts_in(folder_ / "frames");
+        for (const std::string& name : names_) {
+            fs::remove(sim::part_path(folder_ / name));
+        }
+        fs::remove(sim::part_path(folder_ / "frames" / "run.json"));
+        remove_frame_parts(folder_ / "frames");
+        remove_frame_parts(folder_);
     } catch (const std::exception&) {
         // A part file that will not go harms nobody: it is written over, or seen as what it is.
     }

@@ -2,9 +2,30 @@
 /// The folder of one scene's results.
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace cmd {
+
+/// Files of a run beside its frames: trajectory, summary, film and stills. Relative to its folder.
+inline constexpr const char* trajectory_name = "trajectory.h5";
+inline constexpr const char* summary_name = "summary.json";
+std::string film_name(const std::string& scene);
+/// Film and stills.
+std::vector<std::string> product_names(const std::string& scene);
+/// All of them.
+std::vector<std::string> run_names(const std::string& scene);
+
+/// Creates a folder and those above it. Throws Error (io).
+void make_folder(const std::filesystem::path& folder);
+/// "frame_000000.png", and what lies beside it: "frame_000000.bodies.png", "frame_000000.bodies.json".
+bool is_frame_name(std::string_view name);
+/// Removes frame_NNNNNN.png and what lies beside them from a folder, but those of these names. Throws Error (io).
+void remove_frame_files(const std::filesystem::path& folder, const std::set<std::string>& kept = {});
+/// Removes a folder if nothing is in it.
+void remove_if_empty(const std::filesystem::path& folder) noexcept;
 
 /// A lock on a folder, against other processes that lock it too, for as long as it lives.
 class FolderLock {
@@ -26,12 +47,13 @@ enum class Sharing {
     with_slices, ///< runs that draw other frames of the same film may
 };
 
-/// Locked against a second run into the same folder for as long as it lives.
+/// Locked against a second run into the same folder for as long as it lives. Removes nothing but files of the names it
+/// was given, and frames.
 class Workplace {
 public:
-    /// Creates the folder, and removes part files that a killed run has left (alone).
+    /// Creates the folder, and removes what a killed run has left of files of these names (alone).
     /// Throws Error (io) if that fails or another run uses it.
-    explicit Workplace(const std::filesystem::path& folder, Sharing sharing = Sharing::alone);
+    Workplace(const std::filesystem::path& folder, std::vector<std::string> names, Sharing sharing = Sharing::alone);
     Workplace(const Workplace&) = delete;
     Workplace& operator=(const Workplace&) = delete;
 
@@ -51,6 +73,7 @@ public:
 
 private:
     std::filesystem::path folder_;
+    std::vector<std::string> names_;
     Sharing sharing_;
     std::optional<FolderLock> lock_;
 };

@@ -249,27 +249,65 @@ std::string to_text(const Comparison& comparison) {
     return text;
 }
 
-void remove_report(const fs::path& folder) {
-    const fs::path manifest = folder / manifest_name;
+std::vector<sim::WrittenFile> read_manifest(const fs::path& folder, const char* kind) {
     std::error_code error;
-    if (!fs::exists(manifest, error)) {
-        return;
+    std::vector<sim::WrittenFile> files;
+    if (!fs::is_regular_file(folder / manifest_name, error)) {
+        return files;
     }
-    const nlohmann::json json = nlohmann::json::parse(sim::read_text_file(manifest), nullptr, false);
-    if (!json.is_object() || !json.contains("files")) {
-        return;
-    }
-    for (const nlohmann::json& file : json["files"]) {
-        const fs::path name = file.value("name", std::string());
-        // Names of this folder only: a manifest is a file that anybody can write.
-        if (!name.empty() && name.is_relative() && *name.lexically_normal().begin() != "..") {
-            fs::remove(folder / name, error);
+    const nlohmann::json json = nlohmann::json::parse(sim::read_text_file(folder / manifest_name), nullptr, false);
+    try {
+        if (json.at("kind") == kind) {
+            for (const nlohmann::json& file : json.at("files")) {
+                files.push_back({file.at("name"), file.at("bytes"), file.at("sha256")});
+            }
         }
+    } catch (const nlohmann::json::exception&) {
+        files.clear(); // anybody can write a file of this name
     }
-    fs::remove(manifest, error);
+    return files;
 }
 
-void write_manifest(const fs::path& folder, const std::vector<std::string>& names) {
+bool is_as_written(const fs::path& folder, const sim::WrittenFile& file) {
+    const fs::path name = file.name;
+    std::error_code error;
+    // Names of this folder only.
+    return !name.empty() && name.is_relative() && *name.lexically_normal().begin() != ".." &&
+           fs::is_regular_file(folder / name, error) && fs::file_size(folder / name, error) == file.bytes &&
+           sim::sha256_of_file(folder / name) == file.sha256;
+}
+
+void remove_report(const fs::path& folder) {
+    const std::vector<sim::WrittenFile> files = read_manifest(folder, report_kind);
+    std::error_code error;
+    for (const sim::WrittenFile& file : files) {
+        if (is_as_written(folder, file)) {
+            fs::remove(folder / file.name, error);
+        }
+    }
+    if (!files.empty()) {
+        fs::remove(folder / manifest_name, error);
+    }
+}
+
+void forget_in_gallery(const fs::path& run) {
+    const fs::path folder = fs::absolute(run).lexically_normal();
+    const fs::path root = folder.has_filename() ? folder.parent_path() : folder.parent_path().parent_path();
+    const std::vector<sim::WrittenFile> files = read_manifest(root, gallery_kind);
+    std::error_code error;
+    for (const sim::WrittenFile& file : files) {
+        const fs::path name = file.name;
+        if (name.filename() == "poster.png" && fs::equivalent((root / name).parent_path(), run, error) &&
+            is_as_written(root, file)) {
+            fs::remove(root / name, error);
+        }
+    }
+    if (!files.empty()) {
+        fs::remove(root / manifest_name, error);
+    }
+}
+
+void write_manifest(const fs::path& folder, const char* kind, const std::vector<std::string>& names) {
     Json files = Json::array();
     for (const std::string& name : names) {
         if (!name.empty()) {
@@ -277,7 +315,7 @@ void write_manifest(const fs::path& folder, const std::vector<std::string>& name
             files.push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
         }
     }
-    const Json json = {{"version", 1}, {"files", std::move(files)}};
+    const Json json = {{"version", 1}, {"kind", kind}, {"files", std::move(files)}};
     sim::write_file(folder / manifest_name, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
@@ -294,7 +332,7 @@ void write_report(const fs::path& folder, const Comparison& comparison) {
             names.insert(names.end(), {frame.reference_picture, frame.candidate_picture, frame.difference_picture});
         }
     }
-    write_manifest(folder, names);
+    write_manifest(folder, report_kind, names);
 }
 
 } // namespace diff

@@ -114,15 +114,15 @@ private:
 
 } // namespace
 
-std::array<std::string, 3> stills_names(const sim::SceneDef& scene) {
-    return {scene.name + "_poster.png", scene.name + "_sheet.png", scene.name + ".webp"};
+std::array<std::string, 3> stills_names(const std::string& scene) {
+    return {scene + "_poster.png", scene + "_sheet.png", scene + ".webp"};
 }
 
 std::vector<sim::WrittenFile>
 make_stills(const sim::SceneDef& scene, const StillsSettings& settings,
             const std::function<std::filesystem::path(std::int64_t)>& frame_path,
             const std::filesystem::path& folder) {
-    const std::array<std::string, 3> names = stills_names(scene);
+    const std::array<std::string, 3> names = stills_names(scene.name);
     std::vector<sim::WrittenFile> files;
     const auto write = [&](const std::string& name, std::span<const std::uint8_t> bytes) {
         sim::write_file(folder / name, bytes);

@@ -22,8 +22,8 @@ struct StillsSettings {
     bool is_needed() const { return poster_time || sheet_count > 0 || has_animation; }
 };
 
-/// The files' names, whether they are made or not.
-std::array<std::string, 3> stills_names(const sim::SceneDef& scene);
+/// The files' names for a scene of this name, whether they are made or not.
+std::array<std::string, 3> stills_names(const std::string& scene);
 
 /// Makes them in a folder from the PNG files of the whole film; same frames, same bytes. Throws Error (io).
 std::vector<sim::WrittenFile>

@@ -8,9 +8,8 @@
 
 namespace render {
 
-std::vector<std::string> write_body_image(const std::filesystem::path& folder, const std::string& frame,
-                                          const sim::SceneDef& scene, const sim::Snapshot& snapshot,
-                                          const std::vector<std::uint32_t>& ids) {
+std::vector<NamedBytes> encode_body_image(const std::string& frame, const sim::SceneDef& scene,
+                                          const sim::Snapshot& snapshot, const std::vector<std::uint32_t>& ids) {
     Image image(scene.output.width, scene.output.height);
     CHECK(ids.size() * 3 == image.rgb.size());
     for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -27,10 +26,19 @@ std::vector<std::string> write_body_image(const std::filesystem::path& folder, c
     }
     const nlohmann::ordered_json json = {{"names", names}, {"positions", positions}};
     const std::string stem = std::filesystem::path(frame).replace_extension().string() + ".bodies";
-    sim::write_file(folder / (stem + ".png"), encode_png(image));
-    sim::write_file(folder / (stem + ".json"),
-                    json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-    return {stem + ".png", stem + ".json"};
+    const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    return {{stem + ".png", encode_png(image)}, {stem + ".json", {text.begin(), text.end()}}};
+}
+
+std::vector<std::string> write_body_image(const std::filesystem::path& folder, const std::string& frame,
+                                          const sim::SceneDef& scene, const sim::Snapshot& snapshot,
+                                          const std::vector<std::uint32_t>& ids) {
+    std::vector<std::string> names;
+    for (const auto& [name, bytes] : encode_body_image(frame, scene, snapshot, ids)) {
+        sim::write_file(folder / name, bytes);
+        names.push_back(name);
+    }
+    return names;
 }
 
 } // namespace render

@@ -9,12 +9,20 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace render {
 
+/// A file's name and bytes.
+using NamedBytes = std::pair<std::string, std::vector<std::uint8_t>>;
+
 /// frame: the picture's file name, relative to the folder. ids: of the picture, see Renderer::body_ids().
-/// Returns the names of the two files. Throws Error (io).
+/// The two files.
+std::vector<NamedBytes> encode_body_image(const std::string& frame, const sim::SceneDef& scene,
+                                          const sim::Snapshot& snapshot, const std::vector<std::uint32_t>& ids);
+
+/// Writes them. Returns their names. Throws Error (io).
 std::vector<std::string> write_body_image(const std::filesystem::path& folder, const std::string& frame,
                                           const sim::SceneDef& scene, const sim::Snapshot& snapshot,
                                           const std::vector<std::uint32_t>& ids);

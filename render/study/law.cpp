@@ -1,10 +1,12 @@
 #include "render/study/law.h"
 
 #include "sim/base/error.h"
+#include "sim/scene/file.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -251,6 +253,18 @@ Motion law_motion(const sim::SceneDef& scene, sim::Law law, std::span<const doub
         motion.states.push_back(std::move(state));
     }
     return motion;
+}
+
+void require_study(const sim::SceneDef& scene) {
+    const sim::StudyDef def = sim::study_of(scene);
+    if (def.law != sim::Law::none) {
+        law_motion(scene, def.law, std::array{0.0});
+    }
+    if (!def.seed_key.empty()) {
+        std::vector<std::string> overrides = scene.overrides;
+        overrides.push_back(def.seed_key + "=1");
+        sim::parse_scene(scene.text, scene.name + ".toml", overrides);
+    }
 }
 
 } // namespace study

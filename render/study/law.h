@@ -19,4 +19,7 @@ namespace study {
 ///                  2e5 make the duration, accurate to rounding
 Motion law_motion(const sim::SceneDef& scene, sim::Law law, std::span<const double> times);
 
+/// Throws sim::Error (usage) if what the scene's table study names does not fit the scene: law, seed_key.
+void require_study(const sim::SceneDef& scene);
+
 } // namespace study

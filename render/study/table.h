@@ -1,9 +1,8 @@
 #pragma once
-/// The points of a study as rows, one for all seeds, and as files: CSV, data and script of the diagram.
+/// The points of a study as rows, one for all seeds, and as files: CSV.
 #include "render/study/point.h"
 
 #include <array>
-#include <filesystem>
 
 namespace study {
 
@@ -46,14 +45,5 @@ std::string table_csv(const Plan& plan, const Table& table);
 /// statistics.csv: the quantities over time, mean and standard deviation over the seeds.
 std::string statistics_csv(const Plan& plan, std::span<const EngineKind> engines, std::span<const Point> points,
                            std::span<const Point> references);
-
-/// Writes diagram.dat and diagram.gp into `folder`, and runs gnuplot there: diagram.svg, diagram.png.
-/// False if there is no gnuplot. Throws Error (io).
-bool draw_diagram(const Plan& plan, const Table& table, const std::filesystem::path& folder);
-
-/// The same for the quantities over time, of a statistical plan: the reference with its spread, the settings as
-/// given and the cheapest on the front. statistics.dat, statistics.gp, statistics.svg, statistics.png.
-bool draw_statistics(const Plan& plan, const Table& table, std::span<const Point> points,
-                     std::span<const Point> references, const std::filesystem::path& folder);
 
 } // namespace study

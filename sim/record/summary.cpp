@@ -75,9 +75,35 @@ Json preset_json(const SceneDef& scene, const Summary& summary) {
               {"overlap_m", summary.totals.max_penetration}}}};
 }
 
+Json files_json(const std::vector<WrittenFile>& files) {
+    Json json = Json::array();
+    for (const WrittenFile& file : files) {
+        json.push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+    }
+    return json;
+}
+
+/// Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
+std::string text_of(const Json& json) {
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// What a summary says of the pictures.
+void set_pictures(Json& json, const Summary& summary) {
+    Json stages = Json::object();
+    for (const auto& [stage, ms] : summary.picture_ms) {
+        stages[stage] = ms;
+    }
+    json["shaders_hash"] = summary.shaders_hash;
+    json["renderer"] = summary.renderer;
+    json["processor"] = summary.processor;
+    json["picture_ms_per_frame"] = stages;
+    json["files"] = files_json(summary.files);
+}
+
 } // namespace
 
-void StepTotals::add(const StepReport& report) {
+void StepTotals::add(const StepReport& report, double tolerance) {
     ++steps;
     pairs += report.pairs;
     collisions += report.collisions;
@@ -87,6 +113,7 @@ void StepTotals::add(const StepReport& report) {
     impacts_stopped_at += report.impacts_stopped_at;
     divisions += report.divisions;
     steps_at_iteration_limit += report.at_iteration_limit ? 1 : 0;
+    steps_above_tolerance += report.max_penetration > tolerance ? 1 : 0;
     max_contacts = std::max<std::int64_t>(max_contacts, report.contacts);
     max_residual = std::max(max_residual, report.residual);
     max_penetration = std::max(max_penetration, report.max_penetration);
@@ -101,14 +128,6 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
     Json stages = Json::object();
     for (int i = 0; i < stage_count; ++i) {
         stages[stage_names[i]] = per_step(totals.stage_ms[i]);
-    }
-    Json files = Json::array();
-    for (const WrittenFile& file : summary.files) {
-        files.push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
-    }
-    Json picture_stages = Json::object();
-    for (const auto& [stage, ms] : summary.picture_ms) {
-        picture_stages[stage] = ms;
     }
     Json json = {{"program", "tumble " TUMBLE_VERSION},
                  {"scene", scene.name},
@@ -127,23 +146,46 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
                  {"iterations_per_step", per_step(double(totals.contact_iterations))},
                  {"collision_iterations_per_step", per_step(double(totals.collision_iterations))},
                  {"steps_at_iteration_limit", totals.steps_at_iteration_limit},
+                 {"steps_above_tolerance", totals.steps_above_tolerance},
                  {"impacts_stopped_at", totals.impacts_stopped_at},
                  {"divisions", totals.divisions},
                  {"max_residual_m", totals.max_residual},
                  {"max_penetration_m", totals.max_penetration},
                  {"start", mechanics_json(summary.start)},
                  {"end", mechanics_json(summary.end)},
-                 {"state_hash", fmt::format("{:016x}", summary.state_hash)},
-                 {"shaders_hash", summary.shaders_hash},
-                 {"renderer", summary.renderer},
-                 {"processor", summary.processor},
-                 {"picture_ms_per_frame", picture_stages},
-                 {"files", files}};
+                 {"state_hash", fmt::format("{:016x}", summary.state_hash)}};
+    set_pictures(json, summary);
     if (!summary.preset.preset.empty()) {
         json["preset"] = preset_json(scene, summary);
     }
-    // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return text_of(json);
+}
+
+std::optional<std::vector<WrittenFile>> files_of_summary(const std::string& text) {
+    const Json json = Json::parse(text, nullptr, false);
+    try {
+        std::vector<WrittenFile> files;
+        for (const Json& file : json.at("files")) {
+            files.push_back({file.at("name"), file.at("bytes"), file.at("sha256")});
+        }
+        json.at("settings").at("threads").get<int>();
+        return files;
+    } catch (const Json::exception&) {
+        return std::nullopt;
+    }
+}
+
+std::string summary_with_files(const std::string& text, const std::vector<WrittenFile>& files) {
+    Json json = Json::parse(text);
+    json["files"] = files_json(files);
+    return text_of(json);
+}
+
+std::string summary_with_pictures(const std::string& text, const SceneDef& scene, const Summary& drawn) {
+    Json json = Json::parse(text);
+    json["settings"] = settings_json(scene, json.at("settings").at("threads"));
+    set_pictures(json, drawn);
+    return text_of(json);
 }
 
 } // namespace sim

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,12 +25,14 @@ struct StepTotals {
     std::int64_t impacts_stopped_at = 0;
     std::int64_t divisions = 0;
     std::int64_t steps_at_iteration_limit = 0;
+    std::int64_t steps_above_tolerance = 0;     ///< that end with a larger overlap than the scene's tolerance
     std::int64_t max_contacts = 0;              ///< of one step
     double max_residual = 0.0;                  ///< [m]
     double max_penetration = 0.0;               ///< [m], geometry of the poses after each step
     std::array<double, stage_count> stage_ms{}; ///< [ms]
 
-    void add(const StepReport& report);
+    /// tolerance: of the scene [m].
+    void add(const StepReport& report, double tolerance);
 };
 
 /// What a preset promises and what a run with it reached. Errors as in a study of the scene; NaN: not known.
@@ -60,5 +63,15 @@ struct Summary {
 
 /// summary.json. A number that is not finite is written as null.
 std::string summary_to_json(const SceneDef& scene, const Summary& summary);
+
+/// The files that a summary lists; nothing if the text is no summary.
+std::optional<std::vector<WrittenFile>> files_of_summary(const std::string& text);
+
+/// A summary (see files_of_summary) with other files listed.
+std::string summary_with_files(const std::string& text, const std::vector<WrittenFile>& files);
+
+/// A summary whose scene has been drawn with other settings of the pictures: of `drawn`, what concerns them and the
+/// files.
+std::string summary_with_pictures(const std::string& text, const SceneDef& scene, const Summary& drawn);
 
 } // namespace sim

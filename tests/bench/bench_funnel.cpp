@@ -4,8 +4,9 @@
 /// The funnel in tumble, Bullet and ODE: the same bodies at the same places, one thread, the engines taking
 /// turns of a hundred steps so that the machine's moods meet all alike. Times are processor time of the
 /// thread. Every N steps the overlaps are judged by the independent check, outside the timing; ours after
-/// every step. Writes steps.csv, summary.csv and summary.md into DIR (default out/bench).
+/// every step. Writes steps.csv, summary.csv, summary.md and figure4 into DIR (default out/bench).
 #include "tests/bench/engine.h"
+#include "tests/bench/figure4.h"
 
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
@@ -146,6 +147,11 @@ void write_results(const Options& options, const std::vector<Run>& runs, double 
     sim::write_file(options.out + "/summary.csv", csv);
     sim::write_file(options.out + "/summary.md", page);
     std::fputs(page.c_str(), stdout);
+    for (const Run& run : runs) {
+        if (run.engine.name == "tumble") {
+            bench::write_figure4(run.counts, options.out);
+        }
+    }
 }
 
 Options parse(int argc, char** argv) {

@@ -1,6 +1,7 @@
 # What the cases of messages.txt find in their folder, beside block.toml. $TUMBLE is the program.
 set -e
 cp block.toml ball.toml
+cp block.toml ...toml
 printf 'titel = "x"\n' >bad.toml
 printf '\377\376' >not_text.toml
 printf 'one\n' >text.h5
@@ -13,6 +14,7 @@ head -c 60000 out/block/trajectory.h5 >short.h5
 cp out/block/frames/frame_000000.png a.png
 cp out/block/frames/frame_000001.png b.png
 cp -r out/block damaged
+mkdir ball && cp out/block/trajectory.h5 ball/trajectory.h5
 printf 'no picture' >text.png
 printf 'no picture' >damaged/frames/frame_000001.png
 head -c 200 a.png >short.png

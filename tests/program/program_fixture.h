@@ -58,7 +58,7 @@ protected:
     /// Runs shell commands in the test's folder; "$TUMBLE" is the program.
     Outcome shell(const std::string& commands) const {
         sim::write_file(folder / "commands.sh",
-                        "cd '" + folder.string() + "'\nTUMBLE='" TUMBLE_PROGRAM "'\n" + commands);
+                        "cd '" + folder.string() + "'\nTUMBLE='" TUMBLE_PROGRAM "'\nunset CI\n" + commands);
         const std::string file = (folder / "commands.sh").string();
         const std::string out = (folder / "stdout.txt").string();
         const std::string err = (folder / "stderr.txt").string();

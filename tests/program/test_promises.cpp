@@ -1,0 +1,69 @@
+/// What is promised is kept or said: --strict, and limits of memory and size.
+#include "tests/program/program_fixture.h"
+
+#include <nlohmann/json.hpp>
+
+namespace fs = std::filesystem;
+using test::Outcome;
+
+namespace {
+
+class promises : public test::Program {
+protected:
+    /// A tower of which one sweep a step carries nothing to the tolerance.
+    static constexpr const char* missed = "simulate block.toml --duration 1.2 --set simulation.iteration_limit=1 "
+                                          "--set simulation.warm_start=false ";
+
+    void SetUp() override {
+        Program::SetUp();
+        std::string text = test::scene_text;
+        text += "[[body]]\nname = \"upper\"\nshape = { kind = \"box\", half_extents = [0.5, 0.5, 0.5] }\n"
+                "density = 1000\nposition = [0.1, 0, 2.2]\n";
+        sim::write_file(folder / "block.toml", text);
+    }
+};
+
+} // namespace
+
+TEST_F(promises, a_missed_promise_ends_a_strict_run_with_its_time_bodies_and_amount) {
+    const Outcome lenient = tumble(std::string(missed) + "--no-strict");
+    EXPECT_EQ(lenient.code, 0) << lenient.err;
+    const nlohmann::json summary = nlohmann::json::parse(bytes("out/block/summary.json"));
+    EXPECT_GT(int(summary["steps_above_tolerance"]) + int(summary["steps_at_iteration_limit"]), 0);
+    const Outcome strict = tumble(std::string(missed) + "--strict --quiet");
+    EXPECT_EQ(strict.code, 5);
+    test::expect_one_line(strict.err);
+    EXPECT_TRUE(strict.err.starts_with("tumble: block: at 0.") || strict.err.starts_with("tumble: block: at 1."))
+        << strict.err;
+    EXPECT_NE(strict.err.find(" m"), std::string::npos) << strict.err;
+    EXPECT_TRUE(fs::exists(folder / "out/block/summary.json")); // what was computed is there to be looked at
+    EXPECT_EQ(shell("export CI=true; \"$TUMBLE\" " + std::string(missed) + "--quiet").code, 5);
+    EXPECT_EQ(shell("export CI=true; \"$TUMBLE\" " + std::string(missed) + "--quiet --no-strict").code, 0);
+    EXPECT_EQ(shell("export CI=false; \"$TUMBLE\" " + std::string(missed) + "--quiet").code, 0);
+    EXPECT_EQ(tumble("simulate block.toml --quiet --strict").code, 0);
+}
+
+TEST_F(promises, under_every_limit_of_addresses_a_run_works_or_says_in_one_sentence_why_not) {
+    bool has_failed = false, has_worked = false;
+    for (int megabytes = 60; megabytes <= 1400; megabytes += 90) {
+        const Outcome outcome = shell("ulimit -v " + std::to_string(1024 * megabytes) +
+                                      "; \"$TUMBLE\" run block.toml --duration 0.1 --size 64x36 --quiet");
+        EXPECT_TRUE(outcome.code == 0 || outcome.code == 5) << megabytes << " MB: " << outcome.code << outcome.err;
+        if (outcome.code == 5) {
+            test::expect_one_line(outcome.err);
+            EXPECT_NE(outcome.err.find("out of memory"), std::string::npos) << outcome.err;
+        }
+        (outcome.code == 0 ? has_worked : has_failed) = true;
+    }
+    EXPECT_TRUE(has_failed && has_worked);
+}
+
+TEST_F(promises, a_film_larger_than_the_encoder_takes_is_refused_before_anything_is_drawn) {
+    const Outcome outcome = tumble("run block.toml --size 16384x16384");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_NE(outcome.err.find("a film of 16384x16384 has 272646144 pixels with the encoder's margin of 128 each way, "
+                               "expected at most 268435455, x264's limit"),
+              std::string::npos)
+        << outcome.err;
+    EXPECT_FALSE(fs::exists(folder / "out"));
+}
