@@ -4,6 +4,7 @@
 #include "render/gl/context.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
+#include "sim/scene/file.h"
 
 #include <fmt/format.h>
 
@@ -90,7 +91,7 @@ std::vector<BaselinePlace> places_of(const fs::path& baselines, const std::strin
     if (!name.empty() && !sim::is_file_name(name)) {
         throw Error(ExitCode::usage, fmt::format("--name '{}': expected a name that a folder can have", name));
     }
-    const std::string scene = fs::path(scene_file).stem().string();
+    const std::string scene = sim::scene_name_of(scene_file);
     std::map<std::string, fs::path> names = names_in(baselines / scene);
     if (!name.empty() || names.empty()) {
         names = {{name.empty() ? common_name : name, ""}};

@@ -21,7 +21,8 @@ struct BaselinePlace {
     std::string case_name() const { return name == common_name ? scene : scene + "/" + name; }
 };
 
-/// The baselines of a scene's file: that of the name, or all; at least one, which may not be there.
+/// The baselines of a scene's file: that of the name, or all; at least one, which may not be there. Throws Error (usage)
+/// for names that no folder can have.
 std::vector<BaselinePlace> places_of(const std::filesystem::path& baselines, const std::string& scene_file,
                                      const std::string& name);
 

@@ -366,8 +366,9 @@ void check_bounds(const Loading& loading, const TreeNode& simulation) {
     fail_at(loading.source, excess->key == "position" ? places.position : places.name, excess->message);
 }
 
-/// "scenes/funnel.toml" -> "funnel": the name of folders and files too. Throws Error (usage) for one that cannot be.
-std::string name_of(const std::string& file) {
+} // namespace
+
+std::string scene_name_of(const std::string& file) {
     std::string name = std::filesystem::path(file).stem().string();
     if (!is_file_name(name)) {
         throw Error(ExitCode::usage,
@@ -376,8 +377,6 @@ std::string name_of(const std::string& file) {
     }
     return name;
 }
-
-} // namespace
 
 SceneDef parse_scene(const std::string& text, const std::string& file,
                      std::span<const std::string> overrides) {
@@ -394,7 +393,7 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     };
     Loading loading{source, {}, {}, {}};
     SceneDef& scene = loading.scene;
-    scene.name = name_of(file);
+    scene.name = scene_name_of(file);
     scene.title = top.text("title");
     scene.step = read_simulation(source, table("simulation"));
     scene.output = read_output(source, table("output"));

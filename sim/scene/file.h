@@ -8,11 +8,14 @@
 
 namespace sim {
 
+/// "scenes/funnel.toml" -> "funnel": the name of folders and files too. Throws Error (usage) for one that cannot be.
+std::string scene_name_of(const std::string& file);
+
 /// Reads a scene file. overrides: "dotted.key=value" in TOML syntax, applied before validation.
 /// Throws Error: io if the file cannot be read, usage for what its content has wrong.
 SceneDef load_scene(const std::filesystem::path& path, std::span<const std::string> overrides = {});
 
-/// The same from text; `file` is the name shown in messages, its stem the scene's name, which must be a file's too.
+/// The same from text; `file` is the name shown in messages, from which the scene has its name.
 SceneDef parse_scene(const std::string& text, const std::string& file,
                      std::span<const std::string> overrides = {});
 
