@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <set>
 
 namespace cmd {
 
@@ -117,13 +118,18 @@ bool has_other_frames(const sim::SceneDef& scene, const fs::path& folder) {
                 .empty();
 }
 
-std::int64_t frames_there(const fs::path& folder, FrameRange frames) {
-    std::int64_t count = 0;
+/// Which frames are there. One look at the folder, which may be another machine's.
+std::vector<bool> frames_there(const fs::path& folder, std::int64_t count) {
+    std::set<fs::path> names;
     std::error_code error;
-    for (std::int64_t frame = frames.begin; frame < frames.end; ++frame) {
-        count += fs::exists(folder / render::frame_file_name(frame), error) ? 1 : 0;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder / "frames", error)) {
+        names.insert(entry.path());
     }
-    return count;
+    std::vector<bool> there;
+    for (std::int64_t frame = 0; frame < count; ++frame) {
+        there.push_back(names.contains(folder / render::frame_file_name(frame)));
+    }
+    return there;
 }
 
 /// A film whose stages are known but for what is missing of them.
@@ -142,9 +148,10 @@ BatchStage draw_stage(const ClusterFilm& film, const Options& options, const std
                     " --quiet",
                     program_word(), shell_word(film.trajectory.string()), out_word(film.folder), frames,
                     stage.count, frames, stage.count, words);
+    const std::vector<bool> there = frames_there(film.folder, frames);
     for (int n = 0; n < stage.count; ++n) {
-        const FrameRange slice{n * frames / stage.count, (n + 1) * frames / stage.count};
-        if (frames_there(film.folder, slice) < slice.end - slice.begin) {
+        const auto end = there.begin() + (n + 1) * frames / stage.count;
+        if (std::find(there.begin() + n * frames / stage.count, end, false) != end) {
             stage.missing.push_back(n);
         }
     }
@@ -206,7 +213,8 @@ void run_films(const std::vector<ClusterFilm>& films, const Options& options, co
     const auto done = [&films] {
         std::int64_t count = 0;
         for (const ClusterFilm& film : films) {
-            count += frames_there(film.folder, {0, frame_count_of(film.scene)});
+            const std::vector<bool> there = frames_there(film.folder, frame_count_of(film.scene));
+            count += std::count(there.begin(), there.end(), true);
         }
         return count;
     };

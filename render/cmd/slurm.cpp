@@ -32,7 +32,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// A controller that is asked more often than this by many users has little time for jobs.
+// A controller, or a shared disk, that many users ask more often than this has little time for jobs.
 constexpr auto question_interval = 2s;
 // So long without an answer, and the controller counts as gone. What is done on disk is seen meanwhile.
 constexpr auto most_silence = 10min;
@@ -388,6 +388,7 @@ Unstarted wait_for(const std::vector<SlurmJob>& jobs, const Watched& watched) {
     Clock::time_point answered = Clock::now();
     Clock::time_point asked = Clock::now() - question_interval;
     std::string note;
+    std::int64_t done = 0;
     while (true) {
         if (is_interrupted()) {
             progress.clear();
@@ -414,9 +415,10 @@ Unstarted wait_for(const std::vector<SlurmJob>& jobs, const Watched& watched) {
                                         "may go on: the same command watches them again",
                                         ids_of(jobs)));
             }
+            done = watched.done();
             note = queue ? queue_text(jobs, *queue) : "; the controller does not answer";
         }
-        progress.update(watched.done(), note);
+        progress.update(done, note);
         std::this_thread::sleep_for(100ms);
     }
     progress.clear();
