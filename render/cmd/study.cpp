@@ -153,6 +153,16 @@ std::vector<study::Point> points_of(const Study& study, const std::vector<study:
     return points;
 }
 
+/// Throws Error (stopped) if the point is not done.
+study::Motion read_reference(const Study& study, const study::Task& task, const study::Point& point) {
+    if (point.status != study::Status::done) {
+        throw sim::Error(sim::ExitCode::stopped,
+                         fmt::format("{}: there is no converged solution to hold the points against: {}",
+                                     study.plan.scene.name, point.message));
+    }
+    return read_motion(study, task);
+}
+
 void find_references(Study& study) {
     const study::Plan& plan = study.plan;
     if (plan.references.empty()) {
@@ -161,13 +171,24 @@ void find_references(Study& study) {
     }
     study.reference_points = points_of(study, plan.references, "the converged solution");
     for (std::size_t i = 0; i < plan.references.size(); ++i) {
-        const study::Point& point = study.reference_points[i];
-        if (point.status != study::Status::done) {
-            throw sim::Error(sim::ExitCode::stopped,
-                             fmt::format("{}: there is no converged solution to hold the points against: {}",
-                                         plan.scene.name, point.message));
+        study.references.push_back(read_reference(study, plan.references[i], study.reference_points[i]));
+    }
+}
+
+/// Those that a share of the points is held against, which other tasks have computed.
+void read_references(Study& study, Share share) {
+    const study::Plan& plan = study.plan;
+    if (plan.references.empty()) {
+        find_references(study);
+        return;
+    }
+    study.references.resize(plan.references.size());
+    for (std::size_t i = share.first; i < plan.tasks.size(); i += share.count) {
+        const auto seed = static_cast<std::size_t>(plan.tasks[i].seed);
+        if (study.references[seed].states.empty()) {
+            const auto point = kept_point(study, plan.references[seed]);
+            study.references[seed] = read_reference(study, plan.references[seed], point.value_or(study::Point{}));
         }
-        study.references.push_back(read_motion(study, plan.references[i]));
     }
 }
 
@@ -254,7 +275,7 @@ void study_part(Study& study, const std::string& part) {
         compute_points(study, study.plan.references, *share, "a part of the converged solution");
         return;
     }
-    find_references(study);
+    read_references(study, *share);
     compute_points(study, study.plan.tasks, *share, "a part of the points");
 }
 
@@ -277,7 +298,8 @@ BatchStage batch_stage(const Study& study, const std::vector<study::Task>& tasks
 
 /// All points are computed by a cluster, or are to be. False if its jobs are left to themselves.
 bool compute_elsewhere(const Study& study) {
-    constexpr std::size_t points_each = 8; // the start of a task and reading the references are small beside them
+    constexpr std::size_t points_each = 8;      // the start of a task and reading the references are small beside them
+    constexpr std::size_t most_references = 16; // tasks: as many of these as there are seeds, which are few and dear
     const StudyOptions& options = study.options;
     std::string command = program_word() + " study " + shell_word(study.plan.scene_file);
     for (const std::string& assignment : study.request.overrides) {
@@ -290,7 +312,8 @@ bool compute_elsewhere(const Study& study) {
                            shell_word(study.folder.parent_path().string()));
     Batch batch{.name = study.plan.scene.name, .folder = study.folder};
     if (!study.plan.references.empty()) {
-        batch.stages.push_back(batch_stage(study, study.plan.references, "references", 1, command));
+        const std::size_t each = (study.plan.references.size() + most_references - 1) / most_references;
+        batch.stages.push_back(batch_stage(study, study.plan.references, "references", each, command));
     }
     batch.stages.push_back(batch_stage(study, study.plan.tasks, "points", points_each, command));
     const auto done = [&study] {
