@@ -11,6 +11,14 @@ inline constexpr int stage_count = static_cast<int>(Stage::count);
 inline constexpr std::array<const char*, stage_count> stage_names{"broad_phase", "narrow_phase", "collisions",
                                                                   "contacts", "integrate"};
 
+/// Contacts that a step left unsettled: the pair of bodies that its last sweep changed most.
+struct Unsettled {
+    int a = -1;
+    int b = -1;
+    int island = 0;      ///< bodies [-] that contacts connect with them
+    double change = 0.0; ///< [m/s]
+};
+
 struct StepReport {
     int pairs = 0;                     ///< body pairs whose bounding boxes overlap
     int manifolds = 0;                 ///< pairs with at least one contact
@@ -26,6 +34,8 @@ struct StepReport {
     double max_penetration = 0.0;      ///< [m] on the geometry of the poses after the step, >= 0
     double energy_gain = 0.0;          ///< [-] see EnergyWatch::gain()
     bool at_iteration_limit = false;   ///< not converged, and not mended
+    bool is_out_of_work = false;       ///< and that because the step had no sweeps left to divide it with
+    Unsettled unsettled;               ///< then
     std::array<double, stage_count> stage_ms{};   ///< wall time by Stage [ms]
 };
 

@@ -409,6 +409,31 @@ double Blocks::unsettled_change(const Island& island) const {
     return change;
 }
 
+int Blocks::island_size(const Block& block) {
+    if (islands_.empty()) {
+        find_islands();
+    }
+    const auto holds = [&](const Island& island) {
+        return std::ranges::binary_search(island.bodies, block.a) || std::ranges::binary_search(island.bodies, block.b);
+    };
+    const auto found = std::ranges::find_if(islands_, holds);
+    return found == islands_.end() ? 0 : static_cast<int>(found->bodies.size());
+}
+
+Unsettled Blocks::least_settled() {
+    Unsettled found;
+    const Block* worst = nullptr;
+    for (const Block& block : blocks) {
+        const double change = block.count > 0 ? batch_of(block).change.x[lane_of(block)] : 0.0;
+        if (worst == nullptr || change > found.change) {
+            found = {.a = block.a, .b = block.b, .change = change};
+            worst = &block;
+        }
+    }
+    found.island = worst == nullptr ? 0 : island_size(*worst);
+    return found;
+}
+
 void Blocks::save(Island& island, std::span<const Velocity> velocity) const {
     island.velocity.clear();
     island.impulses.clear();

@@ -8,6 +8,7 @@
 /// impulses act as a wrench (P, L) on it, so a block has at most six equations however many corners it has. Solved as such,
 /// the answer is unique: normal impulses are the smallest that do it (linear over the face), friction is shared in
 /// proportion to them, and symmetry is kept. The equations stand in solve.h.
+#include "sim/base/step_report.h"
 #include "sim/base/workers.h"
 #include "sim/block/batch.h"
 #include "sim/block/extrapolation.h"
@@ -205,6 +206,12 @@ public:
     /// Have the last sweeps brought nothing any more? Rigid bodies held by more contacts than they need may ask for what no
     /// impulses give, and then sweeps go on for ever at some small change.
     bool stalls() const { return stalls_; }
+
+    /// Bodies [-] that contacts connect with those of a block.
+    int island_size(const Block& block);
+
+    /// Where the last sweep changed most.
+    Unsettled least_settled();
 
 private:
     struct Place {

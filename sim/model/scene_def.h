@@ -28,7 +28,7 @@ struct StepSettings {
     double velocity_tolerance = 1e-7;          ///< [m/s] the iteration ends when no contact changes by more
     double resting_distance = 1e-4;            ///< eps_c [m]: an approach slower than sqrt(2 g eps_c) rests
     double resting_speed_floor = 1e-6;         ///< [m/s] least value of that threshold (zero gravity)
-    int iteration_limit = 2000;                ///< sweeps of one solve
+    int iteration_limit = 2000;                ///< sweeps of one solve; a step has ten times as many
     ImpactHandling impacts = ImpactHandling::automatic;
     bool warm_start = true;                    ///< start from the impulses of the last step
 };

@@ -177,7 +177,7 @@ SectionSpec simulation_section() {
              positive, ""},
             {"resting_speed_floor", number, "m/s", "1e-6", "least value of that speed, for zero gravity",
              positive, ""},
-            {"iteration_limit", integer, "sweeps", "2000", "of one solve", {1, 1e9}, ""},
+            {"iteration_limit", integer, "sweeps", "2000", "of one solve; a step has ten times as many", {1, 1e9}, ""},
             {"impacts", choice, "", "\"auto\"",
              "`ahead`: contacts are placed before an impact, cheap with many bodies; `stop`: the step is divided at the "
              "time of impact, which keeps the energy of elastic ones; `auto`: `stop` where a body has a restitution of 0.9 "

@@ -271,14 +271,32 @@ void CollisionSolver::begin_pass(std::span<const Velocity> velocity) {
     }
 }
 
+/// Of the contacts that a pass would take up, the fastest.
+Unsettled CollisionSolver::fastest_left() {
+    Unsettled found;
+    const Block* fastest = nullptr;
+    for (const Block& block : loop_.blocks) {
+        for (int i = block.first; i < block.first + block.count; ++i) {
+            const double approach = targets_[static_cast<std::size_t>(i)].approach;
+            if (fastest == nullptr || approach > found.change) {
+                found = {.a = block.a, .b = block.b, .change = approach};
+                fastest = &block;
+            }
+        }
+    }
+    found.island = fastest == nullptr ? 0 : loop_.island_size(*fastest);
+    return found;
+}
+
 CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
                                          std::span<const Joint> joints, const StepSettings& settings,
-                                         std::vector<Velocity>& velocity, std::vector<char>& touched) {
+                                         std::int64_t most_sweeps, std::vector<Velocity>& velocity, std::vector<char>& touched) {
     CollisionReport report;
     touched.assign(velocity.size(), 0);
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
-        if (report.passes == collision_pass_limit) {
+        if (report.passes == collision_pass_limit || report.iterations >= most_sweeps) {
             report.converged = false;
+            report.unsettled = fastest_left();
             break;
         }
         if (report.passes == 0) {
@@ -297,6 +315,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
             report_impacts(pairs, report.passes);
         }
         report.converged = converged;
+        report.unsettled = converged ? Unsettled{} : loop_.least_settled();
         report.collisions += static_cast<int>(loop_.contacts.size());
         ++report.passes;
         for (const Block& block : loop_.blocks) {

@@ -20,6 +20,7 @@ struct CollisionReport {
     double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
     /// Did the last pass, with no contact left that collides? What another leaves undone, the next one mends.
     bool converged = true;
+    Unsettled unsettled; ///< if it did not
 };
 
 /// Resolves collisions in passes: a pass contains only the contacts that are collisions when it starts, and
@@ -42,9 +43,9 @@ public:
     std::vector<ContactSnapshot>* impacts = nullptr;
 
     /// velocity: those of the instant [body_count]; changed in place. touched [body_count] is set to 1 for
-    /// each body whose velocity may have changed.
+    /// each body whose velocity may have changed. most_sweeps: of all passes together.
     CollisionReport resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
-                            std::span<const Joint> joints, const StepSettings& settings,
+                            std::span<const Joint> joints, const StepSettings& settings, std::int64_t most_sweeps,
                             std::vector<Velocity>& velocity, std::vector<char>& touched);
 
 private:
@@ -53,6 +54,7 @@ private:
     void hold_neighbours(const Bodies& bodies, std::span<const PairContacts> pairs, const Pass& now);
     void add_pair(const Bodies& bodies, const PairContacts& pair, int index, std::span<const Velocity> velocity,
                   const Pass& now);
+    Unsettled fastest_left();
     int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
     void report_impacts(std::span<const PairContacts> pairs, int pass);
     void begin_pass(std::span<const Velocity> velocity);

@@ -80,6 +80,7 @@ public:
     /// Velocities at t0 itself, once the impulses are stored: with the share of them that acts before it (Verlet's half).
     std::span<const Velocity> find_velocity_at_node(const Bodies& bodies);
     int contact_count() const { return contact_count_; }
+    Unsettled least_settled() { return loop_.least_settled(); }
 
 private:
     double part_of(double tolerance) const;

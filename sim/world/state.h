@@ -83,6 +83,8 @@ struct WorldState {
     double intervals_for_joints() const;
     void check_mass_ratios(const char* stage) const;
     void plan(StepReport& report);
+    std::int64_t work_left() const;
+    void fall_short(StepReport& report, const Unsettled& unsettled) const;
     bool plan_until_impact(const Impact& impact, StepReport& report);
     bool plan_interval(StepReport& report);
     int repair();
@@ -121,6 +123,7 @@ struct WorldState {
     std::vector<BodyPair> meeting;        ///< apart now, overlapping at the planned poses
     double verified_penetration = 0.0;    ///< [m] at the planned poses
     double joint_rate = 0.0;              ///< [rad/s] of joints under the load of the interval planned
+    std::int64_t work_done = 0;           ///< [sweeps] in the step under way
     int stops = 0;                        ///< in the step under way
     bool stopped_at_impact = false;       ///< the interval planned ends at one
 

@@ -26,6 +26,11 @@ constexpr double largest_turn = 0.4;
 /// unstable, and gains energy.
 constexpr double largest_phase = 1.0;
 
+/// All solves of a step together have the sweeps of this many [-] at their limit; looking for contacts and arranging them
+/// counts as so many sweeps [-].
+constexpr int most_solves = 10;
+constexpr int sweeps_to_arrange = 10;
+
 /// Impacts at which one step may be stopped before the rest of it holds contacts ahead (a ball coming to rest
 /// bounces infinitely often).
 constexpr int stop_limit = 200;
@@ -108,6 +113,7 @@ StepReport WorldState::step() {
     StepReport report;
     report.at_iteration_limit = std::exchange(begun_at_limit, false);
     stops = 0;
+    work_done = 0;
     progress = 0.0;
     do {
         move(report);
@@ -180,7 +186,8 @@ void WorldState::resolve_collisions(StepReport& report) {
     std::vector<char> touched;
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
     const CollisionReport result =
-        collision_solver.resolve(bodies, pairs, joints, settings, at_node, touched);
+        collision_solver.resolve(bodies, pairs, joints, settings, work_left(), at_node, touched);
+    work_done += result.iterations + sweeps_to_arrange * result.passes;
     if (result.collisions > 0) {
         joint_rows.apply_half_kick(joint_memory, touched, bodies.velocity);
         apply_half_kicks(bodies, pairs, touched, bodies.velocity);
@@ -198,7 +205,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     report.collision_iterations += result.iterations;
     if (!result.converged) {
         check_mass_ratios("collisions");
-        report.at_iteration_limit = true;
+        fall_short(report, result.unsettled);
     }
 }
 
@@ -277,9 +284,9 @@ void WorldState::plan(StepReport& report) {
         if (good) {
             break;
         }
-        if (division == division_limit) {
+        if (division == division_limit || work_left() == 0) {
             check_mass_ratios("contacts");
-            report.at_iteration_limit = true;
+            fall_short(report, contact_solver.least_settled());
             break;
         }
         ++report.divisions;
@@ -293,9 +300,20 @@ void WorldState::plan(StepReport& report) {
     joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
 }
 
+/// Sweeps that the step under way may still take.
+std::int64_t WorldState::work_left() const {
+    return std::max<std::int64_t>(std::int64_t{most_solves} * settings.iteration_limit - work_done, 0);
+}
+
+void WorldState::fall_short(StepReport& report, const Unsettled& unsettled) const {
+    report.at_iteration_limit = true;
+    report.is_out_of_work = work_left() == 0;
+    report.unsettled = unsettled;
+}
+
 /// Are impacts waited for, rather than held ahead?
 bool WorldState::stops_at_impacts() const {
-    return settings.impacts == ImpactHandling::stop && stops < stop_limit;
+    return settings.impacts == ImpactHandling::stop && stops < stop_limit && work_left() > 0;
 }
 
 /// Shortens the planned interval to its first impact, if there is one. good: did the plan converge?
@@ -347,6 +365,7 @@ bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
 bool WorldState::plan_interval(StepReport& report) {
     StepSettings used = settings;
     used.impacts = stops_at_impacts() ? ImpactHandling::stop : ImpactHandling::ahead;
+    used.iteration_limit = static_cast<int>(std::min<std::int64_t>(used.iteration_limit, std::max<std::int64_t>(work_left(), sweeps_to_arrange)));
     put_back_replaced();
     contact_solver.prepare(bodies, pairs, joints, joint_memory, used, interval);
     check_all = true;
@@ -354,6 +373,7 @@ bool WorldState::plan_interval(StepReport& report) {
     for (int round = 0; round < repair_limit; ++round) {
         const ContactSolveReport result = contact_solver.solve(bodies, pairs, joints);
         report.contact_iterations += result.iterations;
+        work_done += result.iterations + sweeps_to_arrange;
         report.residual = result.residual;
         const int repaired = repair();
         good = result.converged && repaired == 0 && meeting.empty();

@@ -28,7 +28,7 @@ struct Scene {
     }
     CollisionReport resolve() {
         velocity = bodies.velocity;
-        return CollisionSolver().resolve(bodies, pairs, {}, settings, velocity, touched);
+        return CollisionSolver().resolve(bodies, pairs, {}, settings, 1000000, velocity, touched);
     }
     Vec3 momentum(const std::vector<Velocity>& u) const {
         Vec3 sum = Vec3::Zero();

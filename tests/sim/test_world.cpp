@@ -100,6 +100,30 @@ friction = 0.5
     }
 }
 
+TEST(world, no_step_takes_more_work_than_ten_solves_and_tells_where_it_fell_short) {
+    SceneDef scene = heap_of_cubes(5);
+    scene.step.tolerance = 1e-9; // far below what three sweeps reach
+    scene.step.velocity_tolerance = 1e-12;
+    scene.step.iteration_limit = 3;
+    World world(scene);
+    int short_of = 0, out_of_work = 0;
+    for (int i = 0; i < 230; ++i) {
+        const StepReport report = world.step();
+        EXPECT_LE(report.contact_iterations + report.collision_iterations, 11 * scene.step.iteration_limit) << i;
+        out_of_work += report.is_out_of_work ? 1 : 0;
+        if (report.at_iteration_limit) {
+            ++short_of;
+            EXPECT_GE(report.unsettled.a, 0);
+            EXPECT_GE(report.unsettled.island, 1);
+            EXPECT_LE(report.unsettled.island, 125);
+        } else {
+            EXPECT_EQ(report.unsettled.island, 0);
+        }
+    }
+    EXPECT_GT(short_of, 0);
+    EXPECT_GT(out_of_work, 0);
+}
+
 TEST(world, time_is_the_step_index_times_the_step) {
     World world(heap_of_cubes(3));
     for (int i = 0; i < 7; ++i) {
