@@ -106,7 +106,6 @@ struct BatchSweep {
     /// [m/s] targets that a rigid motion misses by no more are met on average, and the load is shared smoothly;
     /// else fewer points carry it.
     double slack = 0.0;
-    int projections = 0; ///< [-] within one friction solve
 };
 
 /// Once over all batches, in order; returns the largest velocity change at any point [m/s].

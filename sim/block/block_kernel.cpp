@@ -34,7 +34,7 @@ void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change
     }
     v.solve_normals(real(sweep.slack));
     if (batch.has_friction) {
-        v.solve_friction(sweep.projections);
+        v.solve_friction();
     }
     for (int k = 0; k < N; ++k) {
         store(v.points[k].p_n, v.p_n[k]);

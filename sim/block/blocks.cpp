@@ -393,7 +393,7 @@ void Blocks::find_islands() {
             return is_dynamic(block.a) && is_dynamic(block.b);
         };
         const auto between = static_cast<std::size_t>(std::ranges::count_if(island.blocks, is_between));
-        island.is_small = island.bodies.size() <= newton_bodies || between + 1 <= island.bodies.size() + newton_loops;
+        island.is_small = island.bodies.size() <= newton_size || between + 1 <= island.bodies.size() + newton_size;
     }
 }
 
@@ -542,7 +542,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
     share_colours([&](std::size_t first, std::size_t last) { work(first, last, nullptr, share_of_step); });
 }
 
-double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack, int projections) {
+double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
     const bool is_due = sweeps_ >= first_newton && sweeps_ % newton_period == 0;
     ++sweeps_;
     const bool is_small = is_due && solve_stalled(velocity);
@@ -557,8 +557,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack, in
                                        .velocity = velocity.front().v.data(),
                                        .activity = activity_.data(),
                                        .skip = skip,
-                                       .slack = slack,
-                                       .projections = projections}));
+                                       .slack = slack}));
     });
     change_ = worst;
     if (sweeps_ % stall_period == 0) {

@@ -110,31 +110,18 @@ inline constexpr double slack_share = 0.1;
 inline constexpr int newton_period = 4;
 inline constexpr int first_newton = 12;
 
-/// Bodies [-] of an island, or loops of blocks in it, up to which a factorisation is cheaper than the sweeps that it saves:
+/// Bodies [-] of an island, or else loops of blocks in it, up to which a factorisation is cheaper than the sweeps that it saves:
 /// a tower's factors are as sparse as its matrix, those of a dense heap of 256 take a tenth of a second.
-inline constexpr std::size_t newton_bodies = 64;
-inline constexpr std::size_t newton_loops = 64;
+inline constexpr std::size_t newton_size = 64;
+
+/// Looking for contacts and arranging them counts as so many sweeps [-] where work is bounded.
+inline constexpr int sweeps_to_arrange = 10;
 
 /// Sweeps [-] that do not halve the change stall; high towers without Newton's method need that many.
 inline constexpr int stall_period = 64;
 
 /// A solve that stalls is good enough where its changes are this share [-] of the gap tolerance over the step.
 inline constexpr double stall_share = 0.01;
-
-/// Projections of friction within one visit, at most [-]: more gain little, the loop over the blocks goes on anyway.
-inline constexpr int most_projections = 2;
-
-/// A tolerance of velocities up to here [m/s] is not loose.
-inline constexpr double tight_velocity_tolerance = 5e-5;
-
-/// Projections of friction in the visits of sweep `sweep`, counted from 0, of a solve to `tolerance` [m/s], after one that
-/// changed velocities by `last` [m/s]. The first sweeps to a loose tolerance bring what changed since the last step,
-/// roughly. With one projection beyond that some piles do not come to rest, some blocks of many points go in circles, and
-/// with a tight tolerance fallen dominoes take twice as long.
-inline int projections_in(int sweep, double last, double tolerance) {
-    constexpr int quick_sweeps = 8;
-    return sweep < quick_sweeps && last > tolerance && tolerance > tight_velocity_tolerance ? 1 : most_projections;
-}
 
 /// All blocks of one solve, and the batches in which they are solved.
 class Blocks {
@@ -199,9 +186,9 @@ public:
     void wake();
 
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch whose
-    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack, projections: see
-    /// BatchSweep. After some sweeps the impulses are extrapolated.
-    double sweep(std::span<Velocity> velocity, double skip, double slack, int projections);
+    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack: see BatchSweep. After some
+    /// sweeps the impulses are extrapolated.
+    double sweep(std::span<Velocity> velocity, double skip, double slack);
 
     /// Have the last sweeps brought nothing any more? Rigid bodies held by more contacts than they need may ask for what no
     /// impulses give, and then sweeps go on for ever at some small change.

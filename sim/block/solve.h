@@ -12,6 +12,9 @@ namespace {
 constexpr int set_rounds = 4;
 /// Rounds of the point-by-point loop in such lanes.
 constexpr int fallback_rounds = 5;
+/// Projections of friction in a visit, at most [-]: more gain little, the loop over the blocks goes on anyway; with one
+/// some piles do not come to rest.
+constexpr int most_projections = 2;
 /// Velocities this share [-] of their terms below the target are at it.
 constexpr double rounding = 1e-12;
 /// Targets that a rigid motion misses by no more than this share [-] of the velocities asked for are consistent.
@@ -62,7 +65,7 @@ struct Visit {
     void solve_normals(Real slack);
     void iterate_normals(const Sym3& wn, Mask open, const Real* excess, Real* impulse) const;
     void add_normals(const Sym3& wn, const Real* impulse);
-    void solve_friction(int projections);
+    void solve_friction();
     Mask stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const;
     void slide(Mask slides, Real sum, Real* new_1, Real* new_2) const;
     void add_friction(const Real* new_1, const Real* new_2);
@@ -420,7 +423,7 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_
 
 /// Friction impulses for the present normal impulses (eq. 4-6 for the block).
 template <int N>
-LANES_INLINE void Visit<N>::solve_friction(int projections) {
+LANES_INLINE void Visit<N>::solve_friction() {
     const Real zero = real(0.0);
     Real sum = zero;
     for (int k = 0; k < N; ++k) {
@@ -435,7 +438,7 @@ LANES_INLINE void Visit<N>::solve_friction(int projections) {
         new_2[k] = select(loaded, new_2[k], zero);
     }
     const Mask slides = loaded & ~sticks;
-    for (int round = 0; round < projections && any(slides); ++round) {
+    for (int round = 0; round < most_projections && any(slides); ++round) {
         if (round > 0) {
             add_friction(new_1, new_2);
         }

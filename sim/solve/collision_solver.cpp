@@ -14,7 +14,6 @@ namespace {
 /// that collide is held in the same pass, and passes soon end; elastic contacts are not: a row of n equal balls needs n
 /// passes.
 constexpr int first_held_pass = 8;
-constexpr int collision_pass_limit = 400; // then the contacts that still approach are left to the resting solve
 
 /// Kinetic energy a pass may add to rounding, as a share [-] of the energy before it.
 constexpr double energy_rounding = 1e-13;
@@ -163,8 +162,7 @@ int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings
     double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
-        change = loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance,
-                             projections_in(count, change, settings.velocity_tolerance));
+        change = loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance);
         const bool is_settled = change <= settings.velocity_tolerance || (loop_.stalls() && change <= stalled);
         converged = is_settled &&
                     (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
@@ -294,8 +292,8 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
     CollisionReport report;
     touched.assign(velocity.size(), 0);
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
-        if (report.passes == collision_pass_limit || report.iterations >= most_sweeps) {
-            report.converged = false;
+        if (report.iterations + sweeps_to_arrange * report.passes >= most_sweeps) {
+            report.converged = false; // what still approaches is left to the resting solve
             report.unsettled = fastest_left();
             break;
         }

@@ -43,7 +43,8 @@ public:
     std::vector<ContactSnapshot>* impacts = nullptr;
 
     /// velocity: those of the instant [body_count]; changed in place. touched [body_count] is set to 1 for
-    /// each body whose velocity may have changed. most_sweeps: of all passes together.
+    /// each body whose velocity may have changed. most_sweeps: of all passes together, with what it
+    /// takes to arrange them.
     CollisionReport resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
                             std::span<const Joint> joints, const StepSettings& settings, std::int64_t most_sweeps,
                             std::vector<Velocity>& velocity, std::vector<char>& touched);

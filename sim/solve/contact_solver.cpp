@@ -33,6 +33,7 @@ constexpr double largest_growth = 2.0;
 /// gap_relaxation < s (Routh), and the slowest motion of a tower of 20 solved by a few sweeps a step has s = 0.01 or less.
 constexpr double gap_relaxation = 0.1; // at it towers come to rest with tight tolerances
 constexpr double loose_gap_relaxation = 0.003;
+constexpr double tight_velocity_tolerance = 5e-5; ///< [m/s] up to here a tolerance is not loose
 
 /// Where a loose tolerance is met, sweeps go on, so many at most, until the changes are this share [-] of the first
 /// one, or slower than this [m/s], a tenth of what counts as rest: a heap comes to rest over the steps, at little cost.
@@ -371,7 +372,7 @@ int ContactSolver::iterate(double tolerance, int budget, bool& converged) {
         const double missing = has_joints ? joints_.solve(velocity_) : 0.0;
         const double skip =
             has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
-        last = loop_.sweep(velocity_, skip, slack_share * tolerance, projections_in(count, last, tolerance));
+        last = loop_.sweep(velocity_, skip, slack_share * tolerance);
         settled = count == 0 ? std::max(settling_share * last, settled_change) : settled;
         converged = last <= tolerance;
         if (converged && last > settled && settling_ < settling_sweeps) {

@@ -26,10 +26,8 @@ constexpr double largest_turn = 0.4;
 /// unstable, and gains energy.
 constexpr double largest_phase = 1.0;
 
-/// All solves of a step together have the sweeps of this many [-] at their limit; looking for contacts and arranging them
-/// counts as so many sweeps [-].
+/// All solves of a step together have the sweeps of this many [-] at their limit.
 constexpr int most_solves = 10;
-constexpr int sweeps_to_arrange = 10;
 
 /// Impacts at which one step may be stopped before the rest of it holds contacts ahead (a ball coming to rest
 /// bounces infinitely often).

@@ -37,7 +37,7 @@ struct Pair {
     /// One visit of all blocks; returns the largest change of a velocity [m/s].
     double sweep() {
         loop.wake();
-        return loop.sweep(bodies.velocity, -1.0, 0.0, most_projections);
+        return loop.sweep(bodies.velocity, -1.0, 0.0);
     }
     LaneFrame frame(std::size_t block = 0) { return {loop.batch_of(loop.blocks[block]), Blocks::lane_of(loop.blocks[block])}; }
     std::vector<LanePoint> points(std::size_t block = 0) {
@@ -262,7 +262,7 @@ TEST(blocks, a_new_block_begins_where_the_normal_changes) {
 
 TEST(blocks, sweep_passes_over_what_has_settled_until_loaded_again) {
     CubeOnPlane cube({Vec3(0, 0, -1), Vec3::Zero()});
-    const auto sweep = [&] { return cube.loop.sweep(cube.bodies.velocity, 1e-9, 0.0, most_projections); };
+    const auto sweep = [&] { return cube.loop.sweep(cube.bodies.velocity, 1e-9, 0.0); };
     cube.loop.wake();
     EXPECT_NEAR(sweep(), 1.0, rounding);
     EXPECT_LE(sweep(), rounding);
