@@ -88,6 +88,9 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
     if (totals.steps_above_tolerance > 0) {
         line += fmt::format("; {} steps above the tolerance", totals.steps_above_tolerance);
     }
+    if (totals.max_energy_gain > sim::energy_gain_allowed) {
+        line += fmt::format("; gained {:.2g} % of its energy", 100.0 * totals.max_energy_gain);
+    }
     if (totals.steps_at_iteration_limit > 0) {
         line += fmt::format("; {} steps at the iteration limit", totals.steps_at_iteration_limit);
     }

@@ -80,31 +80,45 @@ void Simulation::judge(const sim::StepReport& report) {
     if (report.max_penetration > std::max(scene_.step.tolerance, overlap_.amount)) {
         overlap_ = {report.max_penetration, world_.time(), world_.take_snapshot()};
     }
-    if (report.at_iteration_limit && report.residual > unconverged_.amount) {
+    if (report.at_iteration_limit && report.residual >= unconverged_.amount) {
         unconverged_ = {report.residual, world_.time(), {}};
+        unsettled_ = report.unsettled;
+        is_out_of_work_ = report.is_out_of_work;
     }
 }
 
 std::string Simulation::missed_promise() const {
+    const auto names = [&](int a, int b) {
+        return fmt::format("'{}' and '{}'", scene_.bodies[static_cast<std::size_t>(a)].name,
+                           scene_.bodies[static_cast<std::size_t>(b)].name);
+    };
     if (overlap_.amount > 0.0) {
         sim::SceneDef then = scene_;
         for (std::size_t i = 0; i < then.bodies.size(); ++i) {
             then.bodies[i].pose = {overlap_.state.bodies[i].position, overlap_.state.bodies[i].orientation};
         }
         const std::optional<sim::StartOverlap> found = sim::find_start_overlap(then);
-        const auto name = [&](int body) { return scene_.bodies[static_cast<std::size_t>(body)].name; };
         return fmt::format("at {:.6g} s {} overlap by {:.3g} m, expected at most the tolerance, {:g} m; {} of {} "
                            "steps are above it",
                            overlap_.time,
-                           found ? fmt::format("'{}' and '{}'", name(found->body_a), name(found->body_b)) : "two bodies",
+                           found ? names(found->body_a, found->body_b) : "two bodies",
                            overlap_.amount, scene_.step.tolerance, summary_.totals.steps_above_tolerance,
                            summary_.totals.steps);
     }
     if (summary_.totals.steps_at_iteration_limit > 0) {
-        return fmt::format("at {:.6g} s a gap error of {:.3g} m was left after {} sweeps; {} of {} steps did not "
-                           "converge",
-                           unconverged_.time, unconverged_.amount, scene_.step.iteration_limit,
+        const std::string where =
+            unsettled_.a < 0 ? std::string("in the joints")
+                             : fmt::format("between {}, in an island of {}, that still change by {:.3g} m/s",
+                                           names(unsettled_.a, unsettled_.b), unsettled_.island, unsettled_.change);
+        return fmt::format("at {:.6g} s a gap error of {:.3g} m was left {}, {}; {} of {} steps did not converge",
+                           unconverged_.time, unconverged_.amount, where,
+                           is_out_of_work_ ? "when the step's work was done"
+                                           : fmt::format("after {} sweeps of its shortest part", scene_.step.iteration_limit),
                            summary_.totals.steps_at_iteration_limit, summary_.totals.steps);
+    }
+    if (summary_.totals.max_energy_gain > sim::energy_gain_allowed) {
+        return fmt::format("energy grew by {:.3g} % of what the run turned over, expected at most {:g} %",
+                           100.0 * summary_.totals.max_energy_gain, 100.0 * sim::energy_gain_allowed);
     }
     return {};
 }

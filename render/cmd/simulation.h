@@ -37,7 +37,7 @@ public:
     /// Once advance() has returned.
     const sim::Summary& summary() const { return summary_; }
     /// The promise that was missed by most: time, bodies and amount, in one sentence; empty if all steps converged
-    /// and ended within the tolerance.
+    /// and ended within the tolerance, and energy did not grow.
     std::string missed_promise() const;
     /// [s] Processor time of the thread that advances.
     double processor_time() const { return processor_time_; }
@@ -68,6 +68,8 @@ private:
     sim::Summary summary_;
     Miss overlap_;     ///< above the tolerance
     Miss unconverged_; ///< a gap error that the sweeps left
+    sim::Unsettled unsettled_; ///< where
+    bool is_out_of_work_ = false;
     std::vector<sim::Snapshot> law_states_;
     double processor_time_ = 0.0;
     std::atomic<std::int64_t> steps_done_ = 0;

@@ -19,6 +19,9 @@ struct Unsettled {
     double change = 0.0; ///< [m/s]
 };
 
+/// A run that gains more energy than this [-] has missed a promise; see EnergyWatch::gain().
+inline constexpr double energy_gain_allowed = 1e-3;
+
 struct StepReport {
     int pairs = 0;                     ///< body pairs whose bounding boxes overlap
     int manifolds = 0;                 ///< pairs with at least one contact

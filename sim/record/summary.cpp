@@ -115,6 +115,7 @@ void StepTotals::add(const StepReport& report, double tolerance) {
     steps_at_iteration_limit += report.at_iteration_limit ? 1 : 0;
     steps_above_tolerance += report.max_penetration > tolerance ? 1 : 0;
     max_contacts = std::max<std::int64_t>(max_contacts, report.contacts);
+    max_energy_gain = std::max(max_energy_gain, report.energy_gain);
     max_residual = std::max(max_residual, report.residual);
     max_penetration = std::max(max_penetration, report.max_penetration);
     for (int i = 0; i < stage_count; ++i) {
@@ -149,6 +150,7 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
                  {"steps_above_tolerance", totals.steps_above_tolerance},
                  {"impacts_stopped_at", totals.impacts_stopped_at},
                  {"divisions", totals.divisions},
+                 {"max_energy_gain", totals.max_energy_gain},
                  {"max_residual_m", totals.max_residual},
                  {"max_penetration_m", totals.max_penetration},
                  {"start", mechanics_json(summary.start)},

@@ -27,6 +27,7 @@ struct StepTotals {
     std::int64_t steps_at_iteration_limit = 0;
     std::int64_t steps_above_tolerance = 0;     ///< that end with a larger overlap than the scene's tolerance
     std::int64_t max_contacts = 0;              ///< of one step
+    double max_energy_gain = 0.0;               ///< [-] see EnergyWatch::gain()
     double max_residual = 0.0;                  ///< [m]
     double max_penetration = 0.0;               ///< [m], geometry of the poses after each step
     std::array<double, stage_count> stage_ms{}; ///< [ms]

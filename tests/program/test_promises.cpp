@@ -53,6 +53,39 @@ TEST_F(promises, a_missed_promise_ends_a_strict_run_with_its_time_bodies_and_amo
     EXPECT_EQ(tumble("simulate tower.toml --quiet --strict").code, 0);
 }
 
+TEST_F(promises, a_run_that_gains_energy_says_so_and_ends_a_strict_one) {
+    // It rolls with its centre of mass off the ball's, ten steps a radian.
+    sim::write_file(folder / "rolls.toml", std::string(R"(
+[simulation]
+time_step = "1/100"
+tolerance = 1e-4
+[output]
+duration = 20
+[[body]]
+name = "floor"
+shape = { kind = "plane" }
+static = true
+friction = 0.3
+[[body]]
+name = "egg"
+shape = { kind = "sphere", radius = 0.1 }
+mass = 1
+centre_of_mass = [0, 0, -0.03]
+inertia = [0.004, 0.004, 0.005]
+position = [0, 0, 0.1]
+velocity = [1, 0, 0]
+angular_velocity = [0, 10, 0]
+friction = 0.3
+)"));
+    const Outcome lenient = tumble("simulate rolls.toml --no-strict");
+    EXPECT_EQ(lenient.code, 0) << lenient.err;
+    EXPECT_NE(lenient.out.find("% of its energy"), std::string::npos) << lenient.out;
+    EXPECT_GT(double(nlohmann::json::parse(bytes("out/rolls/summary.json"))["max_energy_gain"]), 1e-3);
+    const Outcome strict = tumble("simulate rolls.toml --strict --quiet");
+    EXPECT_EQ(strict.code, 5);
+    EXPECT_NE(strict.err.find("rolls: energy grew by "), std::string::npos) << strict.err;
+}
+
 TEST_F(promises, under_every_limit_of_addresses_a_run_works_or_says_in_one_sentence_why_not) {
     bool has_failed = false, has_worked = false;
     for (int megabytes = 60; megabytes <= 1400; megabytes += 90) {
