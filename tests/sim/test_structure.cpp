@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <regex>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -72,6 +74,50 @@ std::vector<std::string> list_of(const std::string& page, const std::string& nam
         lines.push_back(line);
     }
     return lines;
+}
+
+using Values = std::map<std::string, std::set<std::string>>;
+
+/// Names and values of the constants of the core, as the code has them.
+Values constants_of_code() {
+    const std::set<std::string> of_the_language = {"infinity", "cache_line", "is_far"};
+    static const std::regex constant(R"(constexpr (?:double|int|std::size_t) (\w+) = ([^;]+);)");
+    Values values;
+    for (const char* room : {"sim/block", "sim/solve", "sim/world"}) {
+        for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(TUMBLE_SOURCE_DIR) / room)) {
+            std::ifstream in(entry.path());
+            for (std::string line; std::getline(in, line);) {
+                std::smatch found;
+                if (std::regex_search(line, found, constant) && !of_the_language.contains(found[1])) {
+                    values[found[1]].insert(found[2]);
+                }
+            }
+        }
+    }
+    return values;
+}
+
+/// The same, as the second column of the table of sim/README.md has them: `name` value and value, ...
+Values constants_of_page() {
+    static const std::regex constant(R"(`(\w+)` ([^,]+))");
+    std::ifstream in(fs::path(TUMBLE_SOURCE_DIR) / "sim/README.md");
+    Values values;
+    std::string line;
+    while (std::getline(in, line) && line != "<!-- constants -->") {
+    }
+    while (std::getline(in, line)) {
+        const std::size_t first = line.find(" | ");
+        const std::string column = first == std::string::npos ? "" : line.substr(first + 3, line.find(" | ", first + 3) - first - 3);
+        for (std::sregex_iterator i(column.begin(), column.end(), constant); i != std::sregex_iterator(); ++i) {
+            std::string all = (*i)[2];
+            for (std::size_t end = all.find(" and "); end != std::string::npos; end = all.find(" and ")) {
+                values[(*i)[1]].insert(all.substr(0, end));
+                all = all.substr(end + 5);
+            }
+            values[(*i)[1]].insert(all);
+        }
+    }
+    return values;
 }
 
 /// First word of each line -> the other words.
@@ -237,4 +283,10 @@ TEST(structure, headers_of_libraries_stay_in_the_files_that_own_them) {
     for (const Include& include : all_includes()) {
         EXPECT_EQ(owner_fault(owners, include), "");
     }
+}
+
+TEST(structure, table_of_constants_is_that_of_the_code) {
+    const Values code = constants_of_code();
+    EXPECT_GT(code.size(), 40u) << "nothing was searched";
+    EXPECT_EQ(constants_of_page(), code);
 }
