@@ -37,7 +37,7 @@ constexpr auto look_interval = 50ms; ///< at interruptions and progress
 void run_jobs(const JobPlan& plan, const std::function<void(std::size_t, JobProgress&)>& work) {
     JobProgress progress;
     std::atomic<std::size_t> next = 0;
-    Progress shown(plan.label, "steps", 1, plan.is_quiet);
+    Progress shown(plan.label, "steps", 1, plan.is_quiet ? ProgressStyle::quiet : ProgressStyle::text);
     render::ThreadGroup threads; // ends before what its threads use
     for (int thread = 0; thread < plan.at_once; ++thread) {
         threads.start([&] {

@@ -75,7 +75,8 @@ bool draw_elsewhere(const BaselineOptions& options, const fs::path& report,
                        {.unit = "baselines",
                         .total = static_cast<std::int64_t>(places.size()),
                         .done = done,
-                        .is_quiet = options.is_quiet || options.prints_json});
+                        .progress = options.is_quiet || options.prints_json ? ProgressStyle::quiet
+                                                                         : ProgressStyle::text});
 }
 
 void begin_drawing(const fs::path& drawn) {

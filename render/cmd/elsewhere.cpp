@@ -220,7 +220,7 @@ void run_films(const std::vector<ClusterFilm>& films, const Options& options, co
     };
     const bool is_done =
         run_batches(batches, options.placement,
-                    {.unit = "frames", .total = total, .done = done, .is_quiet = options.is_quiet});
+                    {.unit = "frames", .total = total, .done = done, .progress = progress_style(options)});
     for (const ClusterFilm& film : films) {
         if (is_done && !options.is_quiet) {
             std::printf("%s: %lld frames; in %s\n", film.scene.name.c_str(),
@@ -237,6 +237,9 @@ void run_scenes_elsewhere(const std::vector<sim::SceneDef>& scenes, const Option
     const fs::path out = options.out.empty() ? "out" : options.out;
     for (std::size_t i = 0; i < scenes.size(); ++i) {
         const fs::path folder = out / scenes[i].name;
+        if (options.inputs[i] == "-") {
+            throw Error(ExitCode::usage, "--on slurm reads scenes on the cluster: expected a file, not standard input");
+        }
         ClusterFilm film{.scene = scenes[i], .folder = folder, .trajectory = folder / "trajectory.h5"};
         film.simulate = fmt::format("{} simulate {} --out {}{} {} --threads \"$cores\" --quiet", program_word(),
                                     shell_word(options.inputs[i]), out_word(folder), scene_words(options),

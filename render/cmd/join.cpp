@@ -98,7 +98,7 @@ void join_frames(const Options& options) {
     forget_products(workplace, scene.name, true);
     const std::string name = film_name(scene.name);
     render::VideoWriter video(folder / name, output.width, output.height, render::video_settings(scene));
-    Progress progress(scene.name, "frames", static_cast<std::int64_t>(paths.size()), options.is_quiet);
+    Progress progress(scene.name, "frames", static_cast<std::int64_t>(paths.size()), progress_style(options));
     std::int64_t done = 0;
     for (const fs::path& path : paths) {
         const render::Image image = render::read_image(path);

@@ -16,8 +16,10 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <thread>
 
@@ -46,17 +48,36 @@ std::string nearest_file(const std::filesystem::path& path) {
     return sim::near_miss(path.string(), names);
 }
 
+// "funnel" -> "scenes/funnel.toml", if there is no file of the first name and one of the second.
+std::string scene_path(const std::string& input) {
+    std::error_code error;
+    const std::filesystem::path path = scene_folder() / (input + ".toml");
+    const bool is_name = input.find_first_of("/.") == std::string::npos && !std::filesystem::exists(input, error);
+    return is_name && std::filesystem::is_regular_file(path, error) ? path.string() : input;
+}
+
+// All of standard input, read once.
+const std::string& standard_input() {
+    static const std::string text{std::istreambuf_iterator<char>(std::cin), {}};
+    return text;
+}
+
+sim::SceneDef load(const std::string& input, std::span<const std::string> overrides) {
+    return input == "-" ? sim::parse_scene(standard_input(), "stdin.toml", overrides)
+                        : sim::load_scene(scene_path(input), overrides);
+}
+
 // With all changes, and with the simulation's preset below them.
 sim::SceneDef load_with_preset(const Options& options, const std::string& input) {
     const std::vector<std::string> changes = overrides_of(options);
-    sim::SceneDef scene = sim::load_scene(input, changes);
+    sim::SceneDef scene = load(input, changes);
     const std::string word = simulation_preset(options);
     if (!word.empty()) {
         // From the file's own settings, not from those given by --set, which come last and hold.
         std::vector<std::string> all =
-            study::preset_overrides(sim::load_scene(input), *study::find_preset(word));
+            study::preset_overrides(load(input, {}), *study::find_preset(word));
         all.insert(all.end(), changes.begin(), changes.end());
-        scene = sim::load_scene(input, all);
+        scene = load(input, all);
     }
     scene.output.gl = options.gl.empty() ? scene.output.gl : options.gl;
     return scene;
@@ -91,6 +112,13 @@ void add_options(CLI::App& verb, Options& options, Changes changes) {
         ->allow_extra_args(false);
     verb.add_flag("--no-video", options.no_video, "No MP4");
     verb.add_flag("--no-png", options.no_png, "No PNG frames");
+    add_progress_options(verb, options);
+}
+
+void add_progress_options(CLI::App& verb, Options& options) {
+    verb.add_option("--progress", options.progress, "text, or json: an object a second on standard error, for machines")
+        ->type_name("WORD")
+        ->check(one_of({"text", "json"}));
     verb.add_flag("--quiet", options.is_quiet, "Only errors are printed");
 }
 
@@ -235,6 +263,11 @@ void require_film(const sim::SceneDef& scene, bool has_video) {
     if (has_video) {
         render::require_encoder(render::video_settings(scene), output.width, output.height);
     }
+}
+
+ProgressStyle progress_style(const Options& options) {
+    return options.is_quiet ? ProgressStyle::quiet
+                            : options.progress == "json" ? ProgressStyle::json : ProgressStyle::text;
 }
 
 int thread_count(const Options& options) {

@@ -43,7 +43,11 @@ struct Options {
     bool is_strict = false;    ///< a promise that was missed is no success
     Placement placement; ///< of the work
     bool is_quiet = false;
+    std::string progress = "text"; ///< "json": for machines
 };
+
+/// How progress is told.
+ProgressStyle progress_style(const Options& options);
 
 /// What a verb can change of a scene.
 enum class Changes {
@@ -62,6 +66,8 @@ FrameRange frame_range(const Options& options, std::int64_t frame_count);
 
 /// Adds the options of one verb. `options` must outlive the parsing.
 void add_options(CLI::App& verb, Options& options, Changes changes);
+/// --progress and --quiet.
+void add_progress_options(CLI::App& verb, Options& options);
 /// --frames, --resume, --gl, --portable and where the work is done.
 void add_frame_options(CLI::App& verb, Options& options);
 /// --gl alone.
@@ -80,8 +86,11 @@ std::vector<std::string> overrides_of(const Options& options);
 /// The preset of the simulation that was asked for by name; empty if none was. Throws Error (usage).
 std::string simulation_preset(const Options& options);
 
-/// A scene file with all changes, and with the simulation's preset below them. Throws Error: what is wrong
-/// with an option is told by its own name.
+/// scenes/ in the present folder, otherwise the scenes that were installed with the program.
+std::filesystem::path scene_folder();
+
+/// A scene file, the name of a scene of scene_folder(), or "-": standard input; with all changes, and with the
+/// simulation's preset below them. Throws Error: what is wrong with an option is told by its own name.
 sim::SceneDef load_scene(const std::string& path, const Options& options);
 
 /// Throws Error before anything is made: stopped if memory cannot hold the scene's pictures, usage if the film's encoder

@@ -1,6 +1,7 @@
 #include "render/cmd/progress.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -15,6 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr auto terminal_interval = 200ms; // readable, and not a burden for a slow connection
 constexpr auto log_interval = 5s;
+constexpr auto json_interval = 1s;
 constexpr auto rate_window = 20s; // the rate is that of this time: steps grow dearer as a pile grows
 
 } // namespace
@@ -33,27 +35,45 @@ std::string duration_text(double seconds) {
     return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
 }
 
-Progress::Progress(std::string label, std::string unit, std::int64_t total, bool is_quiet)
-    : label_(std::move(label)), unit_(std::move(unit)), total_(total), is_quiet_(is_quiet),
+Progress::Progress(std::string label, std::string unit, std::int64_t total, ProgressStyle style)
+    : label_(std::move(label)), unit_(std::move(unit)), total_(total), style_(style),
       is_terminal_(isatty(STDERR_FILENO) == 1), last_print_(Clock::now()), samples_{{last_print_, 0}} {}
 
 std::string Progress::line(std::int64_t done) const {
     std::string text =
         fmt::format("{}: {} of {} {} ({} %)", label_, done, total_, unit_, 100 * done / total_);
-    const Sample& first = samples_.front();
-    const double seconds = std::chrono::duration<double>(Clock::now() - first.time).count();
-    const auto progress = static_cast<double>(done - first.done);
-    if (progress > 0 && seconds > 0) {
-        const double rate = progress / seconds;
-        text +=
-            fmt::format(", {:.3g} {}/s, {} left", rate, unit_, duration_text(double(total_ - done) / rate));
+    if (const double per_second = rate(done); per_second > 0.0) {
+        text += fmt::format(", {:.3g} {}/s, {} left", per_second, unit_,
+                            duration_text(static_cast<double>(total_ - done) / per_second));
     }
     return text;
 }
 
+double Progress::rate(std::int64_t done) const {
+    const Sample& first = samples_.front();
+    const double seconds = std::chrono::duration<double>(Clock::now() - first.time).count();
+    return seconds > 0.0 ? static_cast<double>(done - first.done) / seconds : 0.0;
+}
+
+std::string Progress::json(std::int64_t done, const std::string& note) const {
+    nlohmann::json line{{"scene", label_}, {"unit", unit_}, {"done", done}, {"total", total_}};
+    if (const double per_second = rate(done); per_second > 0.0) {
+        line["rate_per_s"] = per_second;
+        line["left_s"] = static_cast<double>(total_ - done) / per_second;
+    }
+    if (!note.empty()) {
+        line["note"] = note;
+    }
+    return line.dump();
+}
+
 void Progress::update(std::int64_t done, const std::string& note) {
     const Clock::time_point now = Clock::now();
-    if (is_quiet_ || now - last_print_ < (is_terminal_ ? Clock::duration(terminal_interval) : log_interval)) {
+    done_ = done;
+    const auto interval = style_ == ProgressStyle::json ? Clock::duration(json_interval)
+                          : is_terminal_                ? Clock::duration(terminal_interval)
+                                                        : log_interval;
+    if (style_ == ProgressStyle::quiet || now - last_print_ < interval) {
         return;
     }
     if (samples_.back().done < done) {
@@ -65,8 +85,8 @@ void Progress::update(std::int64_t done, const std::string& note) {
     }
     last_print_ = now;
     // "\r" to the line's beginning, "\x1b[K" clears what was longer.
-    const std::string text = line(done) + note;
-    if (is_terminal_) {
+    const std::string text = style_ == ProgressStyle::json ? json(done, note) : line(done) + note;
+    if (is_terminal_ && style_ == ProgressStyle::text) {
         std::fprintf(stderr, "\r%s\x1b[K", text.c_str());
     } else {
         std::fprintf(stderr, "%s\n", text.c_str());
@@ -75,7 +95,9 @@ void Progress::update(std::int64_t done, const std::string& note) {
 }
 
 void Progress::clear() {
-    if (is_terminal_ && !is_quiet_) {
+    if (style_ == ProgressStyle::json) {
+        std::fprintf(stderr, "%s\n", json(done_, "").c_str());
+    } else if (is_terminal_ && style_ == ProgressStyle::text) {
         std::fputs("\r\x1b[K", stderr);
         std::fflush(stderr);
     }

@@ -1,5 +1,6 @@
 #pragma once
-/// How far a run is: one line that changes on a terminal, a line every few seconds elsewhere.
+/// How far a run is: one line that changes on a terminal, a line every few seconds elsewhere; or, for machines, an
+/// object in JSON on a line each second.
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -7,10 +8,12 @@
 
 namespace cmd {
 
+enum class ProgressStyle { quiet, text, json };
+
 class Progress {
 public:
     /// label: the scene; unit: "frames" or "steps"; total >= 1.
-    Progress(std::string label, std::string unit, std::int64_t total, bool is_quiet);
+    Progress(std::string label, std::string unit, std::int64_t total, ProgressStyle style);
 
     /// Called often; prints when it is time to. note: what follows on the line.
     void update(std::int64_t done, const std::string& note = "");
@@ -20,7 +23,7 @@ public:
         update(done);
     }
 
-    /// Takes the changing line off the terminal.
+    /// Takes the changing line off the terminal; in JSON: says how far it came.
     void clear();
 
 private:
@@ -30,13 +33,17 @@ private:
         std::int64_t done;
     };
 
+    /// Of the last seconds [1/s]; 0: not known yet.
+    double rate(std::int64_t done) const;
     std::string line(std::int64_t done) const;
+    std::string json(std::int64_t done, const std::string& note) const;
 
     std::string label_;
     std::string unit_;
     std::int64_t total_;
-    bool is_quiet_;
+    ProgressStyle style_;
     bool is_terminal_;
+    std::int64_t done_ = 0;
     Clock::time_point last_print_;
     std::deque<Sample> samples_; // of the last seconds: the rate follows a changing cost
 };

@@ -2,6 +2,7 @@
 #include "render/cmd/elsewhere.h"
 #include "render/cmd/key_options.h"
 #include "render/cmd/options.h"
+#include "render/cmd/recorded_frames.h"
 #include "render/cmd/run_folder.h"
 #include "render/cmd/run_record.h"
 #include "render/cmd/supervise.h"
@@ -13,7 +14,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 
@@ -57,33 +57,6 @@ sim::SceneDef scene_of(const sim::TrajectoryReader& trajectory, const std::strin
     return scene;
 }
 
-/// The record each frame shows. Throws Error (usage) if one is missing.
-std::vector<std::size_t> records_of_frames(const sim::TrajectoryReader& trajectory, const std::string& path,
-                                           const sim::SceneDef& scene) {
-    const std::vector<std::int64_t>& steps = trajectory.steps();
-    const std::int64_t count = sim::frame_count(scene.output.duration, scene.output.fps);
-    std::vector<std::size_t> records;
-    for (std::int64_t frame = 0; frame < count; ++frame) {
-        const std::int64_t step = sim::step_of_frame(frame, scene.output.fps, scene.step.time_step);
-        const auto found = std::lower_bound(steps.begin(), steps.end(), step);
-        if (found == steps.end()) {
-            throw Error(ExitCode::usage,
-                        fmt::format("{} ends at step {}, frame {} of {} shows step {}; choose a "
-                                    "shorter --duration, or simulate again",
-                                    path, steps.back(), frame, count, step));
-        }
-        if (*found != step) {
-            throw Error(
-                ExitCode::usage,
-                fmt::format("{} has no record of step {}, which frame {} shows; choose another --fps, or "
-                            "simulate again with the default of one record a frame",
-                            path, step, frame));
-        }
-        records.push_back(static_cast<std::size_t>(found - steps.begin()));
-    }
-    return records;
-}
-
 /// Enters the new pictures in the summary, if there is one.
 void sum_up(const sim::SceneDef& scene, const render::Film& film, const std::vector<sim::WrittenFile>& stills,
             const fs::path& folder) {
@@ -116,12 +89,15 @@ void render_trajectory(const Options& options) {
         throw Error(ExitCode::usage, "render takes one trajectory");
     }
     const render::StillsSettings stills = stills_of(options);
-    const fs::path path = options.inputs.front();
+    std::error_code error;
+    const fs::path given = options.inputs.front();
+    const fs::path path = fs::is_directory(given, error) ? given / "trajectory.h5" : given;
     render::configure_gl(options.is_portable);
     const sim::TrajectoryReader trajectory(path);
     sim::SceneDef scene = scene_of(trajectory, path.string(), options);
-    const std::vector<std::size_t> records = records_of_frames(trajectory, path.string(), scene);
-    const auto frame_count = static_cast<std::int64_t>(records.size());
+    render::check_letters(scene);
+    const RecordedFrames recorded(trajectory, path.string(), scene);
+    const std::int64_t frame_count = recorded.count();
     const FrameRange frames = frame_range(options, frame_count);
     const bool is_slice = !options.frames.empty();
     require_film(scene, !options.no_video && !is_slice);
@@ -155,20 +131,19 @@ void render_trajectory(const Options& options) {
         render::ThreadGroup threads; // ends before what its threads use
         film.start(threads);
         threads.start([&] {
-            std::size_t next = film.shows_past() ? 0 : records[static_cast<std::size_t>(frames.begin)];
-            for (std::int64_t frame = film.shows_past() ? 0 : frames.begin; frame < frames.end; ++frame) {
-                const std::size_t record = records[static_cast<std::size_t>(frame)];
-                for (; next < record; ++next) {
+            const std::int64_t first = film.shows_past() ? 0 : frames.begin;
+            std::size_t next = film.shows_past() ? 0 : recorded.record_before(first);
+            for (std::int64_t frame = first; frame < frames.end; ++frame) {
+                for (; next <= recorded.record_before(frame) && film.shows_past(); ++next) {
                     film.observe(trajectory.read(next));
                 }
-                auto snapshot = std::make_shared<const sim::Snapshot>(trajectory.read(record));
-                if (!film.add(frame, std::move(snapshot))) {
+                if (!film.add(frame, recorded.state(frame))) {
                     return;
                 }
             }
             film.close();
         });
-        Progress progress(scene.name, "frames", frames.end - frames.begin, options.is_quiet);
+        Progress progress(scene.name, "frames", frames.end - frames.begin, progress_style(options));
         supervise(
             threads, progress, [&] { return film.frames_done(); }, workplace);
     }

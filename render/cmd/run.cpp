@@ -107,18 +107,18 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
 
 /// Runs simulation and film to their end, with progress.
 void work(Simulation& simulation, render::Film* film, const FrameRange& frames, const std::string& name,
-          const Workplace& workplace, bool is_quiet) {
+          const Workplace& workplace, ProgressStyle style) {
     render::ThreadGroup threads; // ends before what its threads use
     if (film != nullptr) {
         film->start(threads);
     }
     threads.start([&] { simulation.advance(threads); });
     if (film != nullptr) {
-        Progress progress(name, "frames", frames.end - frames.begin, is_quiet);
+        Progress progress(name, "frames", frames.end - frames.begin, style);
         supervise(
             threads, progress, [&] { return film->frames_done(); }, workplace);
     } else {
-        Progress progress(name, "steps", std::max<std::int64_t>(1, simulation.last_step()), is_quiet);
+        Progress progress(name, "steps", std::max<std::int64_t>(1, simulation.last_step()), style);
         supervise(
             threads, progress, [&] { return simulation.steps_done(); }, workplace);
     }
@@ -139,7 +139,7 @@ std::string run_slice(sim::SceneDef& scene, const fs::path& folder, const Option
                               .write_bodies = options.has_body_ids});
     Simulation simulation(scene, std::move(world), &film);
     simulation.restrict_to(frames);
-    work(simulation, &film, frames, scene.name, workplace, options.is_quiet);
+    work(simulation, &film, frames, scene.name, workplace, progress_style(options));
     if (!options.is_quiet) {
         std::printf("%s: frames %lld to %lld in %s; in %s\n", scene.name.c_str(),
                     static_cast<long long>(frames.begin), static_cast<long long>(frames.end - 1),
@@ -176,7 +176,7 @@ std::string run_scene(sim::SceneDef& scene, const fs::path& folder, const Option
     }
     Simulation simulation(scene, std::move(world), film.get());
     simulation.record_to(folder / trajectory_name);
-    work(simulation, film.get(), {0, frame_count_of(scene)}, scene.name, workplace, options.is_quiet);
+    work(simulation, film.get(), {0, frame_count_of(scene)}, scene.name, workplace, progress_style(options));
 
     sim::Summary summary = simulation.summary();
     summary.threads = thread_count(options);
@@ -215,6 +215,7 @@ void run_all(const Options& options, bool has_pictures) {
         }
         frame_range(options, frame_count_of(scenes.back()));
         if (has_pictures) {
+            render::check_letters(scenes.back());
             require_film(scenes.back(), !options.no_video && options.frames.empty());
         }
         if (!simulation_preset(options).empty()) {

@@ -16,9 +16,6 @@ namespace fs = std::filesystem;
 using sim::Error;
 using sim::ExitCode;
 
-namespace {
-
-/// scenes/ in the present folder, otherwise the scenes that were installed with the program.
 fs::path scene_folder() {
     std::error_code error;
     if (fs::is_directory("scenes", error)) {
@@ -28,8 +25,6 @@ fs::path scene_folder() {
     const fs::path program = fs::read_symlink("/proc/self/exe", error);
     return program.parent_path().parent_path().parent_path() / "share" / "tumble" / "scenes";
 }
-
-} // namespace
 
 void list_scenes(const Options& options) {
     const fs::path folder = options.inputs.empty() ? scene_folder() : fs::path(options.inputs.front());

@@ -1,5 +1,7 @@
 #include "render/cmd/simulation.h"
 
+#include "sim/model/film_clock.h"
+#include "sim/model/interpolate.h"
 #include "sim/scene/overlap.h"
 #include "sim/scene/study.h"
 
@@ -27,13 +29,9 @@ std::int64_t frame_count_of(const sim::SceneDef& scene) {
     return sim::frame_count(scene.output.duration, scene.output.fps);
 }
 
-std::int64_t step_count_of(const sim::SceneDef& scene) {
-    return sim::step_count(scene.output.duration, scene.step.time_step);
-}
-
 Simulation::Simulation(const sim::SceneDef& scene, sim::World world, render::Film* film)
     : scene_(scene), world_(std::move(world)), film_(film), frames_{0, frame_count_of(scene)},
-      last_step_(step_count_of(scene)), contacts_(sim::contacts_shown(scene)),
+      last_step_(sim::step_count_of(scene)), contacts_(sim::contacts_shown(scene)),
       has_law_(sim::study_of(scene).law != sim::Law::none) {
     if (contacts_ == sim::ContactDetail::all) {
         world_.record_impacts();
@@ -42,7 +40,8 @@ Simulation::Simulation(const sim::SceneDef& scene, sim::World world, render::Fil
 
 void Simulation::restrict_to(const FrameRange& frames) {
     frames_ = frames;
-    last_step_ = sim::step_of_frame(frames.end - 1, scene_.output.fps, scene_.step.time_step);
+    const sim::FrameInstant last = sim::frame_instant(scene_, frames.end - 1);
+    last_step_ = last.step + (last.share > 0.0 ? 1 : 0);
 }
 
 void Simulation::advance(const render::ThreadGroup& threads) {
@@ -123,21 +122,28 @@ std::string Simulation::missed_promise() const {
     return {};
 }
 
+bool Simulation::is_shown_now(std::int64_t frame) const {
+    const sim::FrameInstant instant = sim::frame_instant(scene_, frame);
+    return instant.step + (instant.share > 0.0 ? 1 : 0) == world_.step_index();
+}
+
 bool Simulation::record_state() {
     const std::int64_t step = world_.step_index();
-    const sim::OutputDef& output = scene_.output;
-    const auto is_frame_now = [&] {
-        return next_frame_ < frames_.end &&
-               sim::step_of_frame(next_frame_, output.fps, scene_.step.time_step) == step;
-    };
-    const bool is_record = output.record_every > 0 ? step % output.record_every == 0 : is_frame_now();
-    if (!is_record && !is_frame_now()) {
+    std::int64_t next = next_frame_;
+    while (next < frames_.end && is_shown_now(next)) {
+        ++next;
+    }
+    const bool is_shown = next > next_frame_;
+    const bool is_before = next < frames_.end && sim::frame_instant(scene_, next).step == step;
+    const int every = scene_.output.record_every;
+    const bool is_record = every > 0 ? step % every == 0 : is_shown || is_before;
+    if (!is_record && !is_shown && !is_before) {
         return true;
     }
     sim::Snapshot state = world_.take_snapshot(contacts_);
     state.impacts = world_.take_impacts();
     const auto snapshot = std::make_shared<const sim::Snapshot>(std::move(state));
-    if (has_law_ && is_frame_now()) {
+    if (has_law_ && is_shown) {
         law_states_.push_back(*snapshot);
     }
     if (is_record && trajectory_) {
@@ -146,9 +152,21 @@ bool Simulation::record_state() {
     if (is_record && film_ != nullptr) {
         film_->observe(*snapshot);
     }
+    if (!show(snapshot)) {
+        return false;
+    }
+    before_ = is_before ? snapshot : nullptr;
+    return true;
+}
+
+bool Simulation::show(const std::shared_ptr<const sim::Snapshot>& snapshot) {
     // A step longer than a frame is shown by several.
-    for (; is_frame_now(); ++next_frame_) {
-        if (film_ != nullptr && !film_->add(next_frame_, snapshot)) {
+    for (; next_frame_ < frames_.end && is_shown_now(next_frame_); ++next_frame_) {
+        const double share = sim::frame_instant(scene_, next_frame_).share;
+        const auto shown = share > 0.0
+                               ? std::make_shared<const sim::Snapshot>(sim::interpolated(*before_, *snapshot, share))
+                               : snapshot;
+        if (film_ != nullptr && !film_->add(next_frame_, shown)) {
             return false;
         }
     }

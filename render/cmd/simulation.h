@@ -10,14 +10,14 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
 namespace cmd {
 
-/// Frames and steps of a scene's whole film.
+/// Frames of a scene's whole film.
 std::int64_t frame_count_of(const sim::SceneDef& scene);
-std::int64_t step_count_of(const sim::SceneDef& scene);
 
 class Simulation {
 public:
@@ -55,6 +55,10 @@ private:
     void judge(const sim::StepReport& report);
     /// Hands the present state to trajectory and film, where it is one of theirs. False once the film stops.
     bool record_state();
+    /// True if frame `frame` shows the present state, or one between it and the state before.
+    bool is_shown_now(std::int64_t frame) const;
+    /// Hands on the frames that are shown now. False once the film stops.
+    bool show(const std::shared_ptr<const sim::Snapshot>& snapshot);
 
     const sim::SceneDef& scene_;
     sim::World world_;
@@ -65,6 +69,7 @@ private:
     sim::ContactDetail contacts_; ///< that the pictures show
     bool has_law_ = false;
     std::int64_t next_frame_ = 0;
+    std::shared_ptr<const sim::Snapshot> before_; ///< the state before, if a frame shows one between it and the next
     sim::Summary summary_;
     Miss overlap_;     ///< above the tolerance
     Miss unconverged_; ///< a gap error that the sweeps left

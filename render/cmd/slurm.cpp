@@ -384,7 +384,7 @@ void cancel_held(const std::vector<SlurmJob>& jobs, const Queue& queue, Unstarte
 Unstarted wait_for(const std::vector<SlurmJob>& jobs, const Watched& watched) {
     Unstarted unstarted;
     Progress progress(fmt::format("{} jobs of Slurm's", jobs.size()), watched.unit,
-                      std::max<std::int64_t>(1, watched.total), watched.is_quiet);
+                      std::max<std::int64_t>(1, watched.total), watched.progress);
     Clock::time_point answered = Clock::now();
     Clock::time_point asked = Clock::now() - question_interval;
     std::string note;
@@ -541,7 +541,7 @@ bool run_batches(const std::vector<Batch>& batches, const Placement& placement, 
         throw;
     }
     if (placement.is_detached) {
-        if (!watched.is_quiet) {
+        if (watched.progress != ProgressStyle::quiet) {
             for (const SlurmJob& job : jobs) {
                 std::printf("%s, %s: job %s\n", job.batch->name.c_str(), job.stage->name.c_str(),
                             job.id.c_str());

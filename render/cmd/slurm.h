@@ -1,5 +1,7 @@
 #pragma once
 /// The one place that knows Slurm: batch scripts beside the results, jobs of them, and what became of these.
+#include "render/cmd/progress.h"
+
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -60,7 +62,7 @@ struct Watched {
     std::string unit{}; ///< "frames"
     std::int64_t total = 1;
     std::function<std::int64_t()> done{};
-    bool is_quiet = false;
+    ProgressStyle progress = ProgressStyle::text;
 };
 
 /// Text as one word of a shell.

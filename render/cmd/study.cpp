@@ -327,7 +327,8 @@ bool compute_elsewhere(const Study& study) {
     };
     const auto total = static_cast<std::int64_t>(study.plan.references.size() + study.plan.tasks.size());
     return run_batches({batch}, options.placement,
-                       {.unit = "points", .total = total, .done = done, .is_quiet = options.is_quiet});
+                       {.unit = "points", .total = total, .done = done,
+                        .progress = options.is_quiet ? ProgressStyle::quiet : ProgressStyle::text});
 }
 
 void study_scene(const StudyOptions& options, std::span<const study::EngineKind> engines, const std::string& scene) {

@@ -146,7 +146,8 @@ void run_jobs(const std::vector<Job>& jobs, const CrewSettings& settings) {
     for (const Job& job : jobs) {
         total += job.steps;
     }
-    Progress progress(settings.label, "steps", std::max<std::int64_t>(1, total), settings.is_quiet);
+    Progress progress(settings.label, "steps", std::max<std::int64_t>(1, total),
+                      settings.is_quiet ? ProgressStyle::quiet : ProgressStyle::text);
     Crew crew;
     std::size_t next = 0;
     const auto wanted = static_cast<std::size_t>(settings.processes);

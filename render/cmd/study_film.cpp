@@ -2,10 +2,9 @@
 
 #include "render/cmd/workplace.h"
 #include "render/film/film.h"
+#include "render/film/panels.h"
 #include "render/film/thread_group.h"
 #include "render/film/video_writer.h"
-#include "render/overlay/canvas.h"
-#include "render/overlay/text.h"
 #include "sim/scene/file.h"
 
 #include <fmt/format.h>
@@ -43,26 +42,6 @@ sim::SceneDef panel_scene(const study::Plan& plan, const study::Task& task) {
 
 std::int64_t frames_of(const sim::SceneDef& scene) {
     return sim::frame_count(scene.output.duration, scene.output.fps);
-}
-
-void label(render::Image& picture, const Panel& panel, render::Font& font) {
-    constexpr float size = 15.0F, margin = 8.0F;
-    render::Canvas canvas(picture);
-    float y = margin;
-    for (const std::string& line : panel.labels) {
-        const glm::vec2 lower(margin - 3.0F, y - 2.0F);
-        canvas.panel(lower, lower + glm::vec2(font.width(line, size) + 6.0F, size + 4.0F), 3.0F,
-                     {glm::vec3(0.0F), 0.55F});
-        font.draw(canvas, {margin, y + 0.8F * size}, size, line, {});
-        y += size + 6.0F;
-    }
-}
-
-void paste(const render::Image& from, int left, int top, render::Image& to) {
-    for (int y = 0; y < from.height; ++y) {
-        std::copy_n(from.rgb.begin() + static_cast<std::ptrdiff_t>(y) * from.width * 3, from.width * 3,
-                    to.rgb.begin() + (static_cast<std::ptrdiff_t>(top + y) * to.width + left) * 3);
-    }
 }
 
 } // namespace
@@ -123,23 +102,20 @@ void draw_panel(const study::Plan& plan, const study::Task& task, const study::E
 }
 
 void join_panels(const study::Plan& plan, std::span<const Panel> panels, const fs::path& folder) {
-    const int columns = panels.size() > 1 ? 2 : 1;
-    const int rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
+    constexpr render::PanelSize size{panel_width, panel_height};
+    const render::PanelSize whole = render::arranged_size(size, panels.size());
     const std::int64_t frames = sim::frame_count(plan.scene.output.duration, {film_fps, 1});
     render::VideoSettings settings = render::video_settings(plan.scene);
     settings.fps = {film_fps, 1};
     settings.crf = 23; // a page holds the film
-    render::VideoWriter video(folder / "film.mp4", columns * panel_width, rows * panel_height, settings);
+    render::VideoWriter video(folder / "film.mp4", whole.width, whole.height, settings);
     render::Font font;
     for (std::int64_t k = 0; k < frames; ++k) {
-        render::Image whole(columns * panel_width, rows * panel_height);
-        for (std::size_t i = 0; i < panels.size(); ++i) {
-            render::Image picture = render::read_image(folder / panels[i].name / render::frame_file_name(k));
-            label(picture, panels[i], font);
-            const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
-            paste(picture, column * panel_width, row * panel_height, whole);
+        std::vector<render::Panel> pictures;
+        for (const Panel& panel : panels) {
+            pictures.push_back({render::read_image(folder / panel.name / render::frame_file_name(k)), panel.labels});
         }
-        video.add(whole);
+        video.add(render::arranged(pictures, size, font));
     }
     video.finish();
 }

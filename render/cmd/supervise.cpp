@@ -43,6 +43,7 @@ void supervise(render::ThreadGroup& threads, Progress& progress, const std::func
         }
         throw sim::Error(sim::ExitCode::interrupted, message);
     }
+    progress.update(done());
     progress.clear();
     threads.join();
 }

@@ -3,6 +3,7 @@
 #include "render/picture/body_image.h"
 #include "render/picture/renderer.h"
 #include "sim/base/error.h"
+#include "sim/model/film_clock.h"
 
 #include <fmt/format.h>
 
@@ -158,7 +159,10 @@ std::shared_ptr<const Image> Film::kept_picture(std::int64_t frame) const {
 
 void Film::list_shots() {
     const sim::OutputDef& output = scene_.output;
-    const double open = output.shutter / output.fps.value();
+    const auto open_at = [&output](std::int64_t frame) {
+        const double fps = output.fps.value();
+        return output.shutter / fps * sim::speed_at(output, static_cast<double>(frame) / fps);
+    };
     sim::SceneDef colored = scene_; // its bodies' colours may change from frame to frame
     while (const std::optional<State> state = states_.pop()) {
         const Stopwatch watch(times_.list);
@@ -173,7 +177,8 @@ void Film::list_shots() {
                 colored.bodies[i].look.color = colors[i];
             }
         }
-        if (open == 0.0) {
+        const double open = open_at(state->frame);
+        if (output.shutter == 0.0) {
             shot.list = plan_->list(colored, *state->snapshot);
             listed_.push(std::move(shot));
             continue;
@@ -265,7 +270,8 @@ void Film::finish_pictures() {
                 }
             }
             if (shot->left == 0 && overlay_.is_needed()) {
-                overlay_.draw(image, *shot->state.snapshot, *shot->state.notes, depth);
+                const double film_time = static_cast<double>(shot->state.frame) / scene_.output.fps.value();
+                overlay_.draw(image, {film_time, *shot->state.snapshot, *shot->state.notes, depth});
             }
         }
         blanks_.push(std::move(shot->raw));

@@ -1,6 +1,7 @@
 #include "render/overlay/notes.h"
 
 #include "render/scene/camera.h"
+#include "sim/model/film_clock.h"
 
 #include <algorithm>
 #include <cmath>
@@ -94,9 +95,8 @@ NoteTaker::NoteTaker(const sim::SceneDef& scene)
     : scene_(scene), has_plots_(scene.overlay.shows(sim::Shown::plots) && !scene.plots.empty()),
       has_trails_(scene.overlay.shows(sim::Shown::trails)),
       has_contact_paths_(scene.overlay.shows(sim::Shown::contact_paths)), bodies_(path_bodies(scene)),
-      time_spacing_(scene.output.duration.value() / most_curve_points) {
-    const sim::CameraKey& key = find_camera(scene, scene.output.camera).keys.front();
-    spacing_ = spacing_in_views * (key.eye - key.target).norm();
+      time_spacing_(sim::simulated_duration(scene.output) / most_curve_points) {
+    spacing_ = spacing_in_views * view_scale(find_camera(scene, scene.output.camera));
     notes_.plots.resize(has_plots_ ? scene.plots.size() : 0);
     notes_.trails.resize(has_trails_ ? bodies_.size() : 0);
     for (std::size_t i = 0; i < bodies_.size() && has_contact_paths_; ++i) {

@@ -3,6 +3,8 @@
 #include "render/overlay/closed_form.h"
 #include "render/overlay/palette.h"
 #include "render/overlay/plot.h"
+#include "sim/base/error.h"
+#include "sim/model/film_clock.h"
 
 #include <fmt/format.h>
 
@@ -24,6 +26,9 @@ constexpr float padding = 14.0f;
 constexpr float title_size = 20.0f;
 constexpr float value_size = 15.0f;
 constexpr float label_size = 12.5f;
+constexpr float caption_size = 24.0f;
+constexpr float large_caption_size = 40.0f;
+constexpr glm::vec3 card_color{0.055f, 0.07f, 0.1f};
 constexpr glm::vec2 plot_size(372.0f, 214.0f);
 
 /// "12.4 MJ": three digits, a prefix from the magnitude of `largest`.
@@ -65,17 +70,86 @@ Overlay::Overlay(const sim::SceneDef& scene)
                 scene.overlay.shows(Shown::energy)),
       has_plots_(scene.overlay.shows(Shown::plots) && !scene.plots.empty()) {}
 
-void Overlay::draw(Image& image, const sim::Snapshot& snapshot, const Notes& notes,
-                   const DepthPicture& depth) {
+void check_letters(const sim::SceneDef& scene) {
+    const Font font;
+    const auto check = [&](const std::string& text, const std::string& where) {
+        if (const std::string letter = font.missing_letter(text); !letter.empty()) {
+            throw sim::Error(sim::ExitCode::usage,
+                             fmt::format("{}: {}: the font lacks {}, expected Latin, Cyrillic, or Greek without accents",
+                                         scene.name, where, letter));
+        }
+    };
+    if (scene.overlay.shows(Shown::title)) {
+        check(scene.title, "title");
+    }
+    for (std::size_t i = 0; i < scene.captions.size(); ++i) {
+        check(scene.captions[i].text, fmt::format("caption {}", i));
+    }
+    for (std::size_t i = 0; i < scene.plots.size() && scene.overlay.shows(Shown::plots); ++i) {
+        check(scene.plots[i].title, fmt::format("plot {}", i));
+        for (const int body : scene.plots[i].bodies) {
+            check(scene.bodies[static_cast<std::size_t>(body)].name, fmt::format("plot {}", i));
+        }
+    }
+}
+
+void Overlay::draw(Image& image, const Moment& moment) {
     scale_ = std::max(static_cast<float>(image.height), least_height) / 720.0f;
     Canvas canvas(image);
     if (needs_depth()) {
-        world_.draw(canvas, snapshot, notes, depth, scale_);
+        world_.draw(canvas, moment.snapshot, moment.notes, moment.depth, scale_);
     }
-    draw_text(canvas, snapshot);
-    draw_plots(canvas, snapshot, notes);
+    draw_text(canvas, moment.snapshot);
+    draw_plots(canvas, moment.snapshot, moment.notes);
     draw_color_legend(canvas);
     draw_contact_legend(canvas);
+    for (const sim::CaptionDef& caption : scene_.captions) {
+        draw_caption(canvas, caption, moment.film_time);
+    }
+}
+
+void Overlay::draw_caption(Canvas& canvas, const sim::CaptionDef& caption, double film_time) {
+    const double left = caption.time + caption.duration - film_time;
+    if (film_time < caption.time || left <= 0.0) {
+        return;
+    }
+    // What the film begins with is there at once.
+    const double from_ends = caption.time > 0.0 ? std::min(film_time - caption.time, left) : left;
+    const double shown = from_ends < caption.fade ? from_ends / caption.fade : 1.0;
+    const auto faded = [&](Paint paint) {
+        paint.alpha *= static_cast<float>(shown);
+        return paint;
+    };
+    const bool is_card = caption.place == sim::CaptionPlace::card;
+    const bool is_large = is_card || caption.place == sim::CaptionPlace::middle;
+    const glm::vec2 picture(static_cast<float>(canvas.width()), static_cast<float>(canvas.height()));
+    const float size = (is_large ? large_caption_size : caption_size) * scale_;
+    const float widest = picture.x - 2.0f * (edge + padding) * scale_;
+    const std::vector<std::string> lines = font_.lines(caption.text, size, widest);
+    float width = 0.0f;
+    for (const std::string& line : lines) {
+        width = std::max(width, font_.width(line, size));
+    }
+    const float row = 1.35f * size;
+    const float height = row * static_cast<float>(lines.size() - 1) + Font::digit_height(size);
+    glm::vec2 top(0.5f * picture.x, 0.5f * (picture.y - height));
+    if (caption.place == sim::CaptionPlace::bottom) {
+        top.y = picture.y - (edge + padding) * scale_ - height;
+    } else if (caption.place == sim::CaptionPlace::top) {
+        top.y = (edge + padding) * scale_;
+    }
+    if (is_card) {
+        canvas.panel({0.0f, 0.0f}, picture, 0.0f, faded({card_color, 1.0f}));
+    } else {
+        const glm::vec2 half(0.5f * width + padding * scale_, padding * scale_);
+        canvas.panel({top.x - half.x, top.y - half.y}, {top.x + half.x, top.y + height + half.y}, 8.0f * scale_,
+                     faded(panel_paint()));
+    }
+    float baseline = top.y + Font::digit_height(size);
+    for (const std::string& line : lines) {
+        font_.draw(canvas, {top.x, baseline}, size, line, faded(text_paint()), TextAlign::center);
+        baseline += row;
+    }
 }
 
 void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
@@ -112,8 +186,17 @@ void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
     for (const Value& value : values) {
         row += (row > 0.0f ? value_gap : 0.0f) + width_of(value);
     }
-    const float title_width = has_title ? font_.width(scene_.title, title_size * scale_) : 0.0f;
-    const float title_height = has_title ? Font::digit_height(title_size * scale_) : 0.0f;
+    const float title_em = title_size * scale_;
+    const float widest = static_cast<float>(canvas.width()) - 2.0f * (edge + padding) * scale_;
+    const std::vector<std::string> title =
+        has_title ? font_.lines(scene_.title, title_em, widest) : std::vector<std::string>{};
+    float title_width = 0.0f;
+    for (const std::string& line : title) {
+        title_width = std::max(title_width, font_.width(line, title_em));
+    }
+    const float title_row = 1.3f * title_em;
+    const float title_height =
+        has_title ? Font::digit_height(title_em) + title_row * static_cast<float>(title.size() - 1) : 0.0f;
     const float row_height = values.empty() ? 0.0f : Font::digit_height(size);
     const float between = has_title && !values.empty() ? 13.0f * scale_ : 0.0f;
     const float inset = padding * scale_;
@@ -122,11 +205,12 @@ void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
                  lower + 2.0f * inset +
                      glm::vec2(std::max(title_width, row), title_height + between + row_height),
                  8.0f * scale_, panel_paint());
-    glm::vec2 at = lower + inset + glm::vec2(0.0f, title_height);
-    if (has_title) {
-        font_.draw(canvas, at, title_size * scale_, scene_.title, text_paint());
+    glm::vec2 at = lower + inset;
+    for (std::size_t i = 0; i < title.size(); ++i) {
+        const float baseline = at.y + Font::digit_height(title_em) + title_row * static_cast<float>(i);
+        font_.draw(canvas, {at.x, baseline}, title_em, title[i], text_paint());
     }
-    at.y += between + row_height;
+    at.y += title_height + between + row_height;
     for (const Value& value : values) {
         font_.draw(canvas, at, size, value.label, dim_paint());
         font_.draw(canvas, at + glm::vec2(font_.width(value.label, size) + label_gap, 0.0f), size, value.text,
@@ -140,7 +224,7 @@ namespace {
 /// Title, unit and names of a plot's curves.
 PlotPicture describe_plot(const sim::SceneDef& scene, const sim::PlotDef& plot) {
     PlotPicture picture;
-    picture.duration = scene.output.duration.value();
+    picture.duration = sim::simulated_duration(scene.output);
     const auto name = [&](const char* title, const char* unit) {
         picture.title = plot.title.empty() ? title : plot.title;
         picture.unit = unit;
@@ -177,7 +261,7 @@ Curve reference_curve(const sim::SceneDef& scene, int body, int incline) {
     const SlidingBlock block = sliding_block(scene, body, incline);
     Curve curve;
     for (int i = 0; i <= count; ++i) {
-        const double t = scene.output.duration.value() * i / count;
+        const double t = sim::simulated_duration(scene.output) * i / count;
         const double distance = block.distance(t);
         if (distance > block.end) {
             break;

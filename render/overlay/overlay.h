@@ -7,19 +7,31 @@
 
 namespace render {
 
+/// What a picture shows.
+struct Moment {
+    double film_time = 0.0; ///< [s]
+    const sim::Snapshot& snapshot;
+    const Notes& notes;
+    const DepthPicture& depth; ///< of the picture; may be empty if none is needed
+};
+
+/// Throws Error (usage) for a text over the pictures with a letter that the font lacks.
+void check_letters(const sim::SceneDef& scene);
+
 class Overlay {
 public:
     /// `scene` must outlive it.
     explicit Overlay(const sim::SceneDef& scene);
 
     /// False: draw() changes nothing.
-    bool is_needed() const { return needs_depth() || has_text_ || has_plots_ || colors_.is_needed(); }
+    bool is_needed() const {
+        return needs_depth() || has_text_ || has_plots_ || colors_.is_needed() || !scene_.captions.empty();
+    }
     const BodyColors& colors() const { return colors_; }
     /// Draws what lies in the world, and so needs the picture's depths.
     bool needs_depth() const { return world_.is_needed(); }
 
-    /// depth: of this picture; it may be empty if none is needed.
-    void draw(Image& image, const sim::Snapshot& snapshot, const Notes& notes, const DepthPicture& depth);
+    void draw(Image& image, const Moment& moment);
 
 private:
     void draw_text(Canvas& canvas, const sim::Snapshot& snapshot);
@@ -27,6 +39,7 @@ private:
     void draw_color_legend(Canvas& canvas);
     void draw_scale(Canvas& canvas, const glm::vec2& at, float width);
     void draw_contact_legend(Canvas& canvas);
+    void draw_caption(Canvas& canvas, const sim::CaptionDef& caption, double film_time);
 
     const sim::SceneDef& scene_;
     BodyColors colors_;

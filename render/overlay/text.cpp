@@ -3,8 +3,10 @@
 #include "render/font_data.h"
 #include "sim/base/error.h"
 
+#include <fmt/format.h>
 #include <stb_truetype.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace render {
@@ -62,6 +64,52 @@ Font::~Font() = default;
 float Font::width(std::string_view text, float size) const {
     return stbtt_ScaleForMappingEmToPixels(&face_->info, size) *
            static_cast<float>(walk(face_->info, text, [](int, int) {}));
+}
+
+std::vector<std::string> Font::lines(std::string_view text, float size, float width_limit) const {
+    std::vector<std::string> lines{""};
+    const auto fits = [&](const std::string& line) { return width(line, size) <= width_limit; };
+    // A word with the space before it, or the end of a line.
+    while (!text.empty()) {
+        if (text.front() == '\n') {
+            lines.emplace_back();
+            text.remove_prefix(1);
+            continue;
+        }
+        const std::size_t end = std::min(text.find_first_of(" \n", 1), text.size());
+        std::string_view word = text.substr(0, end);
+        text.remove_prefix(end);
+        if (fits(lines.back() + std::string(word))) {
+            lines.back() += word;
+            continue;
+        }
+        word.remove_prefix(word.front() == ' ' ? 1 : 0);
+        if (!lines.back().empty()) {
+            lines.emplace_back();
+        }
+        while (!word.empty()) {
+            std::string_view rest = word;
+            next_letter(rest);
+            const std::string letter(word.substr(0, word.size() - rest.size()));
+            if (!lines.back().empty() && !fits(lines.back() + letter)) {
+                lines.emplace_back();
+            }
+            lines.back() += letter;
+            word = rest;
+        }
+    }
+    return lines;
+}
+
+std::string Font::missing_letter(std::string_view text) const {
+    while (!text.empty()) {
+        const std::string_view before = text;
+        const int code = next_letter(text);
+        if (code != '\n' && stbtt_FindGlyphIndex(&face_->info, code) == 0) {
+            return fmt::format("{} (U+{:04X})", before.substr(0, before.size() - text.size()), code);
+        }
+    }
+    return "";
 }
 
 const Font::Glyph& Font::glyph(int letter, float scale, int quarter) {

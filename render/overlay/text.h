@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <tuple>
 #include <vector>
@@ -22,6 +23,11 @@ public:
 
     /// Width of one line of UTF-8 [px]; size: of an em [px]. Letters the font lacks are shown as a box.
     float width(std::string_view text, float size) const;
+    /// The lines of a text: one ends at "\n", and before a word (or, where that alone is too long, a letter) that would
+    /// make it wider than `width` [px].
+    std::vector<std::string> lines(std::string_view text, float size, float width) const;
+    /// The first letter of a text that the font lacks, and its number: "\u6f22 (U+6F22)"; empty if there is none.
+    std::string missing_letter(std::string_view text) const;
     /// Height of a digit [px].
     static float digit_height(float size) { return 0.711f * size; }
     /// Draws one line with its baseline at `at`.

@@ -22,6 +22,10 @@ constexpr double normal_in_views = 0.022;
 constexpr double arrow_in_views = 0.05;
 /// Opacity of what lies behind bodies.
 constexpr float hidden_alpha = 0.3f;
+/// [s] Pieces of a contact path that are no farther apart belong together: the body hopped. A faint line joins them.
+constexpr double longest_hop = 0.05;
+constexpr float hop_alpha = 0.45f;
+constexpr int hop_points = 9;
 /// Steps in which trails fade.
 constexpr int fade_steps = 12;
 
@@ -35,6 +39,23 @@ const glm::vec3 impact_color = category_color(3);
 
 glm::vec3 to_glm(const Eigen::Vector3f& v) {
     return {v.x(), v.y(), v.z()};
+}
+
+/// From the end of a piece to the beginning of the next, on a ball about the origin; empty if the body flew too long.
+std::vector<Vec3> hop(const Path& from, const Path& to) {
+    std::vector<Vec3> points;
+    if (from.empty() || to.empty() || to.front().time - from.back().time > longest_hop) {
+        return points;
+    }
+    const Vec3& a = from.back().at;
+    const Vec3& b = to.front().at;
+    const sim::Quat turn = sim::Quat::FromTwoVectors(a, b);
+    for (int i = 0; i < hop_points; ++i) {
+        const double share = static_cast<double>(i) / (hop_points - 1);
+        const double length = (1.0 - share) * a.norm() + share * b.norm();
+        points.push_back(sim::Quat::Identity().slerp(share, turn) * a.normalized() * length);
+    }
+    return points;
 }
 
 } // namespace
@@ -138,8 +159,7 @@ WorldLayer::WorldLayer(const sim::SceneDef& scene)
                     scene.overlay.shows(Shown::impulses)),
       has_paths_(scene.overlay.shows(Shown::trails) || scene.overlay.shows(Shown::contact_paths)),
       arrow_scale_(scene.overlay.arrow_scale) {
-    const sim::CameraKey& key = find_camera(scene, scene.output.camera).keys.front();
-    view_ = (key.eye - key.target).norm();
+    view_ = view_scale(find_camera(scene, scene.output.camera));
     double mass = 0.0;
     double count = 0.0;
     for (const sim::BodyDef& body : scene.bodies) {
@@ -210,12 +230,20 @@ void WorldLayer::draw_paths(Canvas& canvas, const Projection& projection, const 
             projection.stroke(canvas, points, in_world, full);
         }
         const sim::BodySnapshot& body = snapshot.bodies[static_cast<std::size_t>(path.body)];
-        for (const Path& piece : path.on_body) {
+        const auto in_the_world = [&](const Vec3& at) {
+            return to_glm(Vec3(body.position + body.orientation * at));
+        };
+        for (std::size_t i = 0; i < path.on_body.size(); ++i) {
             points.clear();
-            for (const PathPoint& point : piece) {
-                points.push_back(to_glm(Vec3(body.position + body.orientation * point.at)));
+            for (const PathPoint& point : path.on_body[i]) {
+                points.push_back(in_the_world(point.at));
             }
             projection.stroke(canvas, points, on_body, full);
+            points.clear();
+            for (const Vec3& at : i > 0 ? hop(path.on_body[i - 1], path.on_body[i]) : std::vector<Vec3>{}) {
+                points.push_back(in_the_world(at));
+            }
+            projection.stroke(canvas, points, on_body, [](std::size_t) { return hop_alpha; });
         }
     }
 }

@@ -2,47 +2,131 @@
 
 #include "sim/base/error.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace render {
 
 namespace {
 
+using sim::CameraDef;
 using sim::CameraKey;
+using sim::Easing;
 using sim::Vec3;
 
-/// Velocity of the curve at key i: the slope between its neighbours (Catmull & Rom 1974, uneven times).
-Vec3 key_velocity(const std::vector<CameraKey>& keys, std::size_t i, Vec3 CameraKey::*field) {
-    if (i == 0 || i + 1 == keys.size()) {
-        return Vec3::Zero();
+/// A value of a key, the opening too.
+struct KeyValue {
+    Vec3 eye;
+    Vec3 target;
+    double fov_degrees;
+
+    KeyValue combined(double a, const KeyValue& other, double b) const {
+        return {eye * a + other.eye * b, target * a + other.target * b, fov_degrees * a + other.fov_degrees * b};
     }
-    return (keys[i + 1].*field - keys[i - 1].*field) / (keys[i + 1].time - keys[i - 1].time);
+};
+
+KeyValue value_of(const CameraDef& camera, std::size_t i) {
+    const CameraKey& key = camera.keys[i];
+    return {key.eye, key.target, key.fov_degrees > 0.0 ? key.fov_degrees : camera.fov_degrees};
 }
 
-/// Cubic Hermite curve between keys i and i + 1 at time t.
-Vec3 between_keys(const std::vector<CameraKey>& keys, std::size_t i, double t, Vec3 CameraKey::*field) {
+/// Velocity of the curve at key i: the slope between its neighbours (Catmull & Rom 1974, uneven times); zero at the
+/// ends and beside a piece that is not smooth.
+KeyValue key_velocity(const CameraDef& camera, std::size_t i) {
+    const std::vector<CameraKey>& keys = camera.keys;
+    const bool is_passed = i > 0 && i + 1 < keys.size() && keys[i - 1].easing == Easing::smooth &&
+                           keys[i].easing == Easing::smooth;
+    if (!is_passed) {
+        return {Vec3::Zero(), Vec3::Zero(), 0.0};
+    }
+    const double share = 1.0 / (keys[i + 1].time - keys[i - 1].time);
+    return value_of(camera, i + 1).combined(share, value_of(camera, i - 1), -share);
+}
+
+/// Between keys i and i + 1 at time t: a cubic Hermite curve.
+KeyValue between_keys(const CameraDef& camera, std::size_t i, double t) {
+    const std::vector<CameraKey>& keys = camera.keys;
     const double span = keys[i + 1].time - keys[i].time;
     const double s = (t - keys[i].time) / span;
+    const KeyValue from = value_of(camera, i), to = value_of(camera, i + 1);
+    if (keys[i].easing == Easing::cut) {
+        return from;
+    }
+    if (keys[i].easing == Easing::linear) {
+        return from.combined(1.0 - s, to, s);
+    }
     const double s2 = s * s;
     const double s3 = s2 * s;
-    const Vec3 v0 = key_velocity(keys, i, field) * span;
-    const Vec3 v1 = key_velocity(keys, i + 1, field) * span;
-    return keys[i].*field * (2 * s3 - 3 * s2 + 1) + v0 * (s3 - 2 * s2 + s) +
-           keys[i + 1].*field * (3 * s2 - 2 * s3) + v1 * (s3 - s2);
+    return from.combined(2 * s3 - 3 * s2 + 1, to, 3 * s2 - 2 * s3)
+        .combined(1.0, key_velocity(camera, i).combined(span * (s3 - 2 * s2 + s), key_velocity(camera, i + 1),
+                                                        span * (s3 - s2)), 1.0);
 }
 
-CameraKey key_at(const std::vector<CameraKey>& keys, double t) {
+KeyValue value_at(const CameraDef& camera, double t) {
+    const std::vector<CameraKey>& keys = camera.keys;
     if (t <= keys.front().time) {
-        return keys.front();
+        return value_of(camera, 0);
     }
     for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
         if (t < keys[i + 1].time) {
-            return {t, between_keys(keys, i, t, &CameraKey::eye),
-                    between_keys(keys, i, t, &CameraKey::target)};
+            return between_keys(camera, i, t);
         }
     }
-    return keys.back();
+    return value_of(camera, keys.size() - 1);
+}
+
+constexpr double radians_per_degree = std::numbers::pi / 180.0;
+
+/// Share of the picture's half width and height that framed bodies reach.
+constexpr double framed_share = 0.92;
+
+/// Where the eye stands along the view, and across it, so that two opposite planes of the view's pyramid touch the bodies.
+struct Fit {
+    double ahead;
+    double across;
+};
+
+/// angle: of each plane to the view. A ball is inside a plane if its centre lies a radius behind it.
+Fit fit(const CameraDef& camera, const sim::Snapshot& snapshot, const Vec3& forward, const Vec3& side, double angle) {
+    const double cosine = std::cos(angle), sine = std::sin(angle);
+    double low = std::numeric_limits<double>::infinity(), high = low;
+    for (const sim::FramedBody& framed : camera.framed) {
+        const Vec3& centre = snapshot.bodies[static_cast<std::size_t>(framed.body)].position;
+        const double along = sine * centre.dot(forward) - framed.radius;
+        low = std::min(low, along + cosine * centre.dot(side));
+        high = std::min(high, along - cosine * centre.dot(side));
+    }
+    return {(low + high) / (2.0 * sine), (low - high) / (2.0 * cosine)};
+}
+
+/// The eye that looks along the key's view and sees all framed bodies, as near as can be, with as much of the picture free
+/// on one side of them as on the other.
+View frame_view(const CameraDef& camera, const KeyValue& key, const sim::Snapshot& snapshot, double aspect) {
+    const Vec3 forward = (key.target - key.eye).normalized();
+    const Vec3 up_hint = std::abs(forward.z()) > 0.999 ? Vec3::UnitY() : Vec3::UnitZ(); // as make_camera has it
+    const Vec3 right = forward.cross(up_hint).normalized();
+    const std::array<Vec3, 2> sides{right, right.cross(forward)};
+    const double tan_v = framed_share * std::tan(0.5 * radians_per_degree * key.fov_degrees);
+    const std::array<double, 2> angles{std::atan(tan_v * aspect), std::atan(tan_v)};
+    double ahead = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < 2; ++i) {
+        ahead = std::min(ahead, fit(camera, snapshot, forward, sides[i], angles[i]).ahead);
+    }
+    Vec3 eye = forward * ahead;
+    for (std::size_t i = 0; i < 2; ++i) {
+        // From there, planes that touch the bodies on both sides: the wider they are the farther ahead the eye would be.
+        double narrow = 1e-6, wide = angles[i];
+        for (int halving = 0; halving < 30; ++halving) {
+            const double angle = 0.5 * (narrow + wide);
+            (fit(camera, snapshot, forward, sides[i], angle).ahead < ahead ? narrow : wide) = angle;
+        }
+        eye += sides[i] * fit(camera, snapshot, forward, sides[i], wide).across;
+    }
+    const Vec3& middle = snapshot.bodies[static_cast<std::size_t>(camera.framed.back().body)].position;
+    return {eye, eye + forward * std::max(middle.dot(forward) - ahead, 1e-6), key.fov_degrees};
 }
 
 } // namespace
@@ -73,24 +157,47 @@ const sim::CameraDef& find_camera(const sim::SceneDef& scene, const std::string&
                                                "\"; the scene has: " + (known.empty() ? "none" : known));
 }
 
-View camera_view(const sim::CameraDef& camera, const sim::Snapshot& snapshot) {
+double view_scale(const CameraDef& camera) {
+    const double distance = (camera.keys.front().eye - camera.keys.front().target).norm();
+    return std::max(1e-6, camera.distance > 0.0 ? camera.distance : distance);
+}
+
+double opening_degrees(double fov_degrees, double aspect) {
+    constexpr double wide = 16.0 / 9.0;
+    if (aspect >= wide) {
+        return fov_degrees;
+    }
+    return 2.0 * std::atan(std::tan(0.5 * radians_per_degree * fov_degrees) * wide / aspect) / radians_per_degree;
+}
+
+View camera_view(const CameraDef& camera, const sim::Snapshot& snapshot, double aspect) {
     CHECK(!camera.keys.empty());
-    const CameraKey key = key_at(camera.keys, snapshot.time);
+    const KeyValue key = value_at(camera, snapshot.time);
+    const double opening = opening_degrees(key.fov_degrees, aspect);
+    Vec3 centre = Vec3::Zero();
+    if (camera.body >= 0) {
+        CHECK(static_cast<std::size_t>(camera.body) < snapshot.bodies.size());
+        centre = snapshot.bodies[static_cast<std::size_t>(camera.body)].position;
+    }
     switch (camera.kind) {
     case sim::CameraKind::keys:
         break;
     case sim::CameraKind::orbit: {
         const double angle = 2.0 * std::numbers::pi * snapshot.time / camera.period;
         const sim::Quat turn(Eigen::AngleAxisd(angle, Vec3::UnitZ()));
-        return {key.target + turn * (key.eye - key.target), key.target, camera.fov_degrees};
+        return {centre + key.target + turn * (key.eye - key.target), centre + key.target, opening};
     }
-    case sim::CameraKind::follow: {
-        CHECK(camera.body >= 0 && static_cast<std::size_t>(camera.body) < snapshot.bodies.size());
-        const Vec3& centre = snapshot.bodies[static_cast<std::size_t>(camera.body)].position;
-        return {centre + key.eye, centre + key.target, camera.fov_degrees};
+    case sim::CameraKind::follow:
+        return {centre + key.eye, centre + key.target, opening};
+    case sim::CameraKind::track: {
+        // A body that passes through the eye is looked for straight ahead.
+        const Vec3 target = centre + key.target;
+        return {key.eye, target == key.eye ? Vec3(target + Vec3::UnitY()) : target, opening};
     }
+    case sim::CameraKind::frame:
+        return frame_view(camera, key, snapshot, aspect);
     }
-    return {key.eye, key.target, camera.fov_degrees};
+    return {key.eye, key.target, opening};
 }
 
 } // namespace render

@@ -181,9 +181,9 @@ DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometr
                         const sim::CameraDef& camera, const sim::Snapshot& snapshot,
                         const Viewport& viewport) {
     CHECK(snapshot.bodies.size() == scene.bodies.size());
-    const View view = camera_view(camera, snapshot);
-    const ViewPoint view_point{to_glm_double(view.eye), to_glm_double(view.target), view.fov_degrees,
-                               static_cast<double>(viewport.width) / viewport.height};
+    const double aspect = static_cast<double>(viewport.width) / viewport.height;
+    const View view = camera_view(camera, snapshot, aspect);
+    const ViewPoint view_point{to_glm_double(view.eye), to_glm_double(view.target), view.fov_degrees, aspect};
     const double scale = view_scale(camera);
     const auto extent = static_cast<double>(geometry.floor_extent);
 

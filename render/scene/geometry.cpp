@@ -1,5 +1,6 @@
 #include "render/scene/geometry.h"
 
+#include "render/scene/camera.h"
 #include "sim/model/polytope.h"
 
 #include <algorithm>
@@ -157,10 +158,6 @@ private:
 };
 
 } // namespace
-
-double view_scale(const sim::CameraDef& camera) {
-    return std::max(1e-6, (camera.keys.front().eye - camera.keys.front().target).norm());
-}
 
 SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraDef& camera) {
     SceneGeometry geometry;

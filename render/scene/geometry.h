@@ -27,10 +27,6 @@ struct Overload : Fs... {
 template <class... Fs>
 Overload(Fs...) -> Overload<Fs...>;
 
-/// Distance between eye and target of the camera's first key [m]: the length scale of the picture, constant in
-/// time.
-double view_scale(const sim::CameraDef& camera);
-
 struct SceneGeometry {
     std::vector<std::vector<glm::vec2>> profiles; ///< lathe surfaces, each once: (radius, z) [m]
     std::vector<int> profile_of_body;             ///< [body_count], -1: drawn as its shape

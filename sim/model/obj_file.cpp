@@ -6,6 +6,8 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <set>
 #include <sstream>
 #include <string_view>
 
@@ -51,6 +53,47 @@ std::vector<Vec3> obj_points(const std::string& text, const std::string& file) {
         points.push_back(point);
     }
     return points;
+}
+
+std::vector<std::vector<Vec3>> obj_groups(const std::string& text, const std::string& file) {
+    const std::vector<Vec3> points = obj_points(text, file);
+    std::vector<std::set<std::size_t>> used(1);
+    std::istringstream lines(text);
+    std::size_t known = 0; // vertices before the line
+    int number = 0;
+    for (std::string line; std::getline(lines, line);) {
+        ++number;
+        std::istringstream words(line);
+        std::string word;
+        words >> word;
+        if (word == "v") {
+            ++known;
+        } else if (word == "g" || word == "o") {
+            used.emplace_back();
+        } else if (word == "f") {
+            while (words >> word) {
+                // "7/1/3": the vertex is the first; from the end if it is negative.
+                std::int64_t index = 0;
+                std::from_chars(word.data(), word.data() + word.size(), index);
+                index = index < 0 ? index + static_cast<std::int64_t>(known) : index - 1;
+                if (index < 0 || index >= static_cast<std::int64_t>(points.size())) {
+                    throw Error(ExitCode::usage, fmt::format("{}:{}: '{}' stands after f, expected the number of a "
+                                                             "vertex, 1 to {}", file, number, word, points.size()));
+                }
+                used.back().insert(static_cast<std::size_t>(index));
+            }
+        }
+    }
+    std::vector<std::vector<Vec3>> groups;
+    for (const std::set<std::size_t>& group : used) {
+        if (!group.empty()) {
+            groups.emplace_back();
+            for (const std::size_t index : group) {
+                groups.back().push_back(points[index]);
+            }
+        }
+    }
+    return groups;
 }
 
 } // namespace sim

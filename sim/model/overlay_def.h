@@ -28,6 +28,18 @@ enum class ColorBy { look, material, body, speed, contacts, impulse };
 /// Where the plots are.
 enum class PlotCorner { bottom_right, top_right };
 
+/// Where a caption is. A card covers the whole picture.
+enum class CaptionPlace { bottom, top, middle, card };
+
+/// Text over the pictures for a time.
+struct CaptionDef {
+    std::string text;            ///< lines end at "\n" and where they are too long
+    CaptionPlace place = CaptionPlace::bottom;
+    double time = 0.0;           ///< [s] of the film
+    double duration = 3.0;       ///< [s] > 0
+    double fade = 0.3;           ///< [s] in, unless the film begins with it, and out
+};
+
 struct OverlayDef {
     std::array<bool, shown_count> show{};
     ColorBy color_by = ColorBy::look;

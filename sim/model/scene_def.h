@@ -90,24 +90,44 @@ struct JointDef {
     bool is_drawn = true;                      ///< as a rod from the anchor to body_a's centre
 };
 
+/// How a camera moves on from a key to the next.
+enum class Easing {
+    smooth,  ///< through both, without a stop
+    stop,    ///< at rest at both
+    linear,  ///< at one speed
+    cut,     ///< not at all: the next key begins a new shot
+};
+
 /// View at one instant.
 struct CameraKey {
     double time = 0.0;                         ///< [s]
     Vec3 eye{10, -10, 6};                      ///< [m]
     Vec3 target = Vec3::Zero();                ///< [m]
+    double fov_degrees = 0.0;                  ///< 0: that of the camera
+    Easing easing = Easing::smooth;            ///< to the next key
 };
 
-enum class CameraKind { keys, orbit, follow };
+enum class CameraKind { keys, orbit, follow, track, frame };
 
-/// keys: one key is a fixed camera, more are smoothly interpolated. orbit: the first key's eye turns about
-/// its target once in `period`. follow: the first key's eye and target are offsets from a body's centre.
+/// A body that a camera keeps in the picture, as a ball.
+struct FramedBody {
+    int body = -1;                             ///< index into bodies
+    double radius = 0.0;                       ///< [m] of the ball about the centre of mass that holds the body
+};
+
+/// keys: one key is a fixed camera, more are joined. orbit: the first key's eye turns about its target once in
+/// `period`; with a body both are offsets from its centre. follow: eye and target are offsets from a body's centre.
+/// track: only the target is. frame: looks from the eye towards the target, from so far away that bodies fill the
+/// picture.
 struct CameraDef {
     std::string name = "main";
     CameraKind kind = CameraKind::keys;
-    double fov_degrees = 40.0;                 ///< vertical, 1..150
+    double fov_degrees = 40.0;                 ///< vertical, 1..150, of a picture of 16:9; see opening_degrees
     std::vector<CameraKey> keys;               ///< at least one
     double period = 20.0;                      ///< [s], orbit
-    int body = -1;                             ///< index into bodies, follow
+    int body = -1;                             ///< index into bodies: orbit, follow, track; -1: none
+    std::vector<FramedBody> framed;            ///< frame
+    double distance = 0.0;                     ///< [m] of the eye from what it looks at, at the start; 0: as in keys
 };
 
 struct LightDef {
@@ -126,6 +146,12 @@ enum class Preset {
     final,      ///< for the last run
 };
 
+/// How fast the film runs from a time on.
+struct SpeedKey {
+    double time = 0.0;                         ///< [s] of the film
+    double speed = 1.0;                        ///< [-] >= 0: simulated seconds a second of film
+};
+
 struct OutputDef {
     int width = 1280;                          ///< [px] 1..16384
     int height = 720;                          ///< [px] 1..16384
@@ -140,7 +166,9 @@ struct OutputDef {
     double shutter = 0.0;                      ///< [-] 0..1 of the time between two frames; 0: no motion blur
     int subframes = 8;                         ///< 1..256 pictures that a blurred frame is the mean of
     Rational fps{60, 1};                       ///< [1/s] > 0
-    Rational duration{6, 1};                   ///< [s] > 0
+    Rational duration{6, 1};                   ///< [s] > 0, of the film
+    double speed = 1.0;                        ///< [-] > 0: simulated seconds a second of film
+    std::vector<SpeedKey> speed_keys;          ///< instead: straight from key to key, held before and after them
     int record_every = 0;                      ///< steps a trajectory record; 0: one record a frame
     std::string camera;                        ///< name; empty: the first
 };
@@ -176,6 +204,7 @@ struct SceneDef {
     OutputDef output;
     OverlayDef overlay;
     std::vector<PlotDef> plots;
+    std::vector<CaptionDef> captions;
     std::string text;                          ///< the file as read
     std::vector<std::string> overrides;        ///< "dotted.key=value", in the order applied
 };

@@ -1,5 +1,7 @@
 #include "sim/scene/bounds.h"
 
+#include "sim/model/film_clock.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -48,7 +50,7 @@ double reach_of(const BodyDef& body) {
 /// The scene's settings and the bounds they imply for every body.
 struct Limits {
     explicit Limits(const SceneDef& scene)
-        : step(scene.step), h(scene.step.time_step.value()), duration(scene.output.duration.value()),
+        : step(scene.step), h(scene.step.time_step.value()), duration(simulated_duration(scene.output)),
           steps(duration / h), reach(scene.step.tolerance / (eps * (2.0 + 0.5 * steps))),
           travel(scene.step.tolerance / (2.0 * eps)) {}
 

@@ -4,6 +4,7 @@
 #include "sim/base/file_io.h"
 #include "sim/scene/body.h"
 #include "sim/scene/bounds.h"
+#include "sim/scene/camera.h"
 #include "sim/scene/layer.h"
 #include "sim/scene/overlap.h"
 #include "sim/scene/pattern.h"
@@ -65,6 +66,29 @@ StepSettings read_simulation(const TextSource& source, const TreeNode& node) {
     return step;
 }
 
+void read_speed(OutputDef& output, Section& section) {
+    if (!section.has("speed_keys")) {
+        output.speed = section.number("speed");
+        return;
+    }
+    if (section.has("speed")) {
+        section.fail("speed", "expected speed or speed_keys, not both");
+    }
+    for (const TreeNode* node : section.tables("speed_keys")) {
+        Section key(section.source(), *node, scene_section("output.speed_keys"),
+                    fmt::format("output speed key {}", output.speed_keys.size()));
+        output.speed_keys.push_back({key.number("time"), key.number("speed")});
+        const std::size_t count = output.speed_keys.size();
+        if (count > 1 && output.speed_keys[count - 1].time <= output.speed_keys[count - 2].time) {
+            key.fail("time", fmt::format("time is {}, expected more than that of the key before, {}",
+                                         output.speed_keys[count - 1].time, output.speed_keys[count - 2].time));
+        }
+    }
+    if (output.speed_keys.empty()) {
+        section.fail("speed_keys", "speed_keys is an empty array, expected at least one key");
+    }
+}
+
 OutputDef read_output(const TextSource& source, const TreeNode& node) {
     Section section(source, node, scene_section("output"), "output");
     OutputDef output = output_of(static_cast<Preset>(section.choice("preset")));
@@ -86,6 +110,7 @@ OutputDef read_output(const TextSource& source, const TreeNode& node) {
     output.subframes = section.integer("subframes");
     output.fps = section.fraction("fps");
     output.duration = section.fraction("duration");
+    read_speed(output, section);
     output.record_every = section.integer("record_every");
     output.camera = section.has("camera") ? section.text("camera") : "";
     output.encoder = section.text("encoder");
@@ -229,92 +254,14 @@ void read_joint(Loading& loading, const TreeNode& node, const std::string& title
 
 // --- cameras ---------------------------------------------------------------------------------------------
 
-void check_view(const Section& section, const CameraKey& key, std::string_view at) {
-    if (key.eye == key.target) {
-        section.fail(at, "eye and target are the same point, expected two different ones");
-    }
-}
-
-std::vector<CameraKey> read_camera_keys(Section& camera) {
-    std::vector<CameraKey> keys;
-    for (const TreeNode* node : camera.tables("keys")) {
-        Section section(camera.source(), *node, scene_section("camera.keys"),
-                        fmt::format("{} key {}", camera.title(), keys.size()));
-        keys.push_back({section.number("time"), section.vector("eye"), section.vector("target")});
-        check_view(section, keys.back(), "eye");
-        if (keys.size() > 1 && keys.back().time <= keys[keys.size() - 2].time) {
-            section.fail("time", fmt::format("time is {}, expected more than that of the key before, {}",
-                                             keys.back().time, keys[keys.size() - 2].time));
-        }
-    }
-    return keys;
-}
-
-void read_camera(Loading& loading, const TreeNode& node, const std::string& title) {
-    Section section(loading.source, node, scene_section("camera"), title);
-    CameraDef camera;
-    camera.name = section.text("name");
-    camera.kind = static_cast<CameraKind>(section.choice("kind"));
-    camera.fov_degrees = section.number("fov_degrees");
-    if (section.has("keys") && camera.kind == CameraKind::keys) {
-        camera.keys = read_camera_keys(section);
-        section.finish("beside keys");
-        if (camera.keys.empty()) {
-            section.fail("keys", "keys is an empty array, expected at least one key");
-        }
-    } else {
-        camera.keys = {{0.0, section.vector("eye"), section.vector("target")}};
-        check_view(section, camera.keys[0], "eye");
-    }
-    if (camera.kind == CameraKind::orbit) {
-        camera.period = section.number("period");
-    }
-    if (camera.kind == CameraKind::follow) {
-        const std::string name = section.text("body");
-        camera.body = find_body(loading, name, section.place_of("body"), title);
-        if (camera.body < 0) {
-            section.fail("body", "the world cannot be followed, expected the name of a body");
-        }
-    }
-    section.finish(fmt::format("in a camera of this kind"));
-    for (const CameraDef& other : loading.scene.cameras) {
-        if (other.name == camera.name) {
-            section.fail("name", "the name is taken by an earlier camera, expected another");
-        }
-    }
-    loading.scene.cameras.push_back(std::move(camera));
-}
-
-/// A view of all bodies that have an end, for a scene without cameras.
-CameraDef default_camera(const SceneDef& scene) {
-    CameraDef camera;
-    camera.keys = {CameraKey{}};
-    Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity());
-    Vec3 upper = -lower;
-    for (const BodyDef& body : scene.bodies) {
-        const Bounds box = bounds(body.shape, body.pose);
-        if (box.lower.allFinite()) {
-            lower = lower.cwiseMin(box.lower);
-            upper = upper.cwiseMax(box.upper);
-        }
-    }
-    if (lower.allFinite()) {
-        // The ball around the bounding box fills the vertical opening but for a tenth.
-        const double radius = (upper - lower).norm() / 2.0;
-        const double distance = 1.1 * radius / std::sin(camera.fov_degrees / 2.0 * std::numbers::pi / 180.0);
-        camera.keys[0].target = (lower + upper) / 2.0;
-        camera.keys[0].eye = camera.keys[0].target + distance * Vec3(0.55, -0.75, 0.37).normalized();
-    }
-    return camera;
-}
-
-void read_cameras(Loading& loading, Section& top) {
+void read_cameras(Loading& loading, Section& top, const BodyFinder& find) {
+    SceneDef& scene = loading.scene;
     std::size_t index = 0;
     for (const TreeNode* node : top.tables("camera")) {
-        read_camera(loading, *node, title_of("camera", *node, index++));
+        scene.cameras.push_back(read_camera(loading.source, *node, title_of("camera", *node, index++), scene, find));
     }
-    if (loading.scene.cameras.empty()) {
-        loading.scene.cameras.push_back(default_camera(loading.scene));
+    if (scene.cameras.empty()) {
+        scene.cameras.push_back(default_camera(scene));
     }
 }
 
@@ -404,15 +351,19 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     for (const TreeNode* node : top.tables("joint")) {
         read_joint(loading, *node, title_of("joint", *node, index++));
     }
-    read_cameras(loading, top);
-    check_chosen_camera(loading, table("output"));
     const BodyFinder find = [&](const std::string& name, const TextPlace& place, const std::string& title) {
         return find_body(loading, name, place, title);
     };
+    read_cameras(loading, top, find);
+    check_chosen_camera(loading, table("output"));
     scene.overlay = read_overlay(source, table("overlay"), find);
     index = 0;
     for (const TreeNode* node : top.tables("plot")) {
         scene.plots.push_back(read_plot(source, *node, fmt::format("plot {}", index++), scene, find));
+    }
+    index = 0;
+    for (const TreeNode* node : top.tables("caption")) {
+        scene.captions.push_back(read_caption(source, *node, fmt::format("caption {}", index++)));
     }
     check_bounds(loading, table("simulation"));
     check_overlaps(loading);

@@ -133,6 +133,11 @@ const Keys camera_key_keys{
     {"time", number, "s", required_key, "larger than that of the key before", not_negative, ""},
     {"eye", vector, "m", required_key, "where the camera is", any, ""},
     {"target", vector, "m", required_key, "what it looks at", any, ""},
+    {"fov_degrees", number, "degrees", none, "opening there; left out: that of the camera", {1.0, 150.0}, ""},
+    {"easing", choice, "", "\"smooth\"",
+     "how it moves on to the next key: `smooth`, through both without a stop; `stop`, at rest at both; `linear`, at one "
+     "speed; `cut`, not at all, and the next key begins a new shot",
+     any, "smooth stop linear cut"},
 };
 
 // --- the tables ------------------------------------------------------------------------------------------
@@ -148,6 +153,7 @@ SectionSpec top_section() {
                 {"light", table, "", none, "sun and sky", any, "[light]"},
                 {"overlay", table, "", none, "text and more over the pictures", any, "[overlay]"},
                 {"plot", tables, "", none, "plots over the pictures", any, "[[plot]]"},
+                {"caption", tables, "", none, "text over the pictures for a time", any, "[[caption]]"},
                 {"study", table, "", none, "what `tumble study` holds it against", any, "[study]"},
                 {"camera", tables, "", none, "cameras; without one all bodies are brought into view", any,
                  "[[camera]]"},
@@ -221,9 +227,14 @@ SectionSpec output_section() {
                  fraction,
                  "s",
                  "6",
-                 "round(duration fps) frames, at least one",
+                 "of the film: round(duration fps) frames, at least one",
                  {0.0, 1e6, true},
                  ""},
+                {"speed", number, "", "1",
+                 "simulated seconds a second of film: 0.25 is slow motion; frames between two steps are interpolated",
+                 {0.0, 1000.0, true}, ""},
+                {"speed_keys", tables, "", none, "instead of speed, where it changes: straight from key to key", any,
+                 "[{ time = ... }]"},
                 {"record_every",
                  integer,
                  "steps",
@@ -232,6 +243,17 @@ SectionSpec output_section() {
                  {0, 1e9},
                  ""},
                 {"camera", text, "", none, "name of the camera; left out: the first", any, ""},
+            }};
+}
+
+SectionSpec speed_section() {
+    return {"output.speed_keys",
+            "speed_keys = [{ ... }]",
+            "How fast the film runs from one time on.",
+            {
+                {"time", number, "s", required_key, "of the film; larger than that of the key before", not_negative, ""},
+                {"speed", number, "", required_key, "simulated seconds a second of film; 0: the picture stands",
+                 {0.0, 1000.0}, ""},
             }};
 }
 
@@ -254,9 +276,13 @@ std::vector<SectionSpec> body_sections() {
         {"shape compound",
          "shape = { kind = \"compound\", ... }",
          "Several parts that move together.",
-         kind_keys + Keys{{"parts", tables, "", required_key,
-                           "bounded shapes of one piece, at least one; they may overlap", any,
-                           "[{ kind = ... }]"}}},
+         kind_keys + Keys{{"parts", tables, "", none,
+                           "bounded shapes of one piece, at least one; they may overlap; this or `file`", any,
+                           "[{ kind = ... }]"},
+                          {"file", text, "", none,
+                           "OBJ file, relative to the scene file: each group of faces (`g` or `o`) is a part, the "
+                           "convex hull of its vertices [m]",
+                           any, ""}}},
         {"part box", "parts = [{ kind = \"box\", ... }]", "A box in a compound.", box_keys + part_keys},
         {"part sphere", "parts = [{ kind = \"sphere\", ... }]", "A sphere in a compound.",
          sphere_keys + part_keys},
@@ -290,15 +316,22 @@ std::vector<SectionSpec> pattern_sections() {
               integer,
               "",
               "1",
-              "of those turns; the same seed gives the same turns for ever",
+              "of turns, jitter and mixture; the same seed gives the same for ever",
               {0, 9e15},
               ""},
+             {"jitter", vector, "m", "[0, 0, 0]",
+              "each body is moved at random by up to this along x, y, z, either way", not_negative, ""},
              {"palette", colors, "", none, "colour of each layer, in turn; left out: that of the body",
               unit_interval, ""},
              {"body", table, "", required_key, "keys of `[[body]]` but name and position", any,
               "{ shape = ... }"},
+             {"mix", tables, "", none, "more bodies: each place takes `body`, whose share is 1, or one of these at random",
+              any, "[{ shape = ... }]"},
          }},
         {"lattice.body", "[lattice.body]", "The body of a lattice.", template_body_keys},
+        {"lattice.mix", "[[lattice.mix]]", "Another body of a lattice.",
+         Keys{{"share", number, "", "1", "how often it is taken, beside 1 of `body`", positive, ""}} +
+             template_body_keys},
         {"funnel", "[[funnel]]",
          "Four static plates about the z axis, named NAME_east, NAME_north, NAME_west, NAME_south, closed at "
          "the "
@@ -341,15 +374,20 @@ std::vector<SectionSpec> view_sections() {
          {
              {"name", text, "", required_key, "how `output.camera` calls it; unique", any, ""},
              {"kind", choice, "", "\"keys\"",
-              "`keys`: fixed, or moving smoothly from key to key; `orbit`: the eye turns about the target's "
-              "vertical; `follow`: eye and target are offsets from a body's centre of mass",
-              any, "keys orbit follow"},
-             {"fov_degrees", number, "degrees", "40", "vertical opening", {1.0, 150.0}, ""},
+              "`keys`: fixed, or moving from key to key; `orbit`: the eye turns about the target's vertical, around a "
+              "body if one is named; `follow`: eye and target are offsets from a body's centre of mass; `track`: the "
+              "eye stays, the target is an offset from a body's centre of mass and may be left out; `frame`: looks "
+              "along the line from eye to target, from where the bodies fill the picture, whatever its format",
+              any, "keys orbit follow track frame"},
+             {"fov_degrees", number, "degrees", "40",
+              "vertical opening; a picture narrower than 16:9 is opened until it is as wide as one of 16:9", {1.0, 150.0},
+              ""},
              {"eye", vector, "m", none, "where the camera is; with target", any, ""},
              {"target", vector, "m", none, "what it looks at; with eye", any, ""},
              {"keys", tables, "", none, "instead of eye and target: see below", any, "[{ time = ... }]"},
              {"period", number, "s", "20", "of an orbit", positive, ""},
-             {"body", text, "", none, "name of the body to follow", any, ""},
+             {"body", text, "", none, "name of the body to orbit, follow or track", any, ""},
+             {"bodies", texts, "", none, "names of the bodies to frame; left out: all that move", any, ""},
          }},
         {"camera.keys", "keys = [{ ... }]", "What a moving camera sees at one time.", camera_key_keys},
         {"light",
@@ -417,6 +455,16 @@ std::vector<SectionSpec> overlay_sections() {
               "bottom_right top_right"},
              {"zero_height", number, "m", "0", "where potential energy counts from", any, ""},
          }},
+        {"caption", "[[caption]]", "Text over the pictures for a time.",
+         {
+             {"text", text, "", required_key, "lines end at \\n and where they are too long for the picture", any, ""},
+             {"place", choice, "", "\"bottom\"", "where it is; a `card` covers the whole picture", any,
+              "bottom top middle card"},
+             {"time", number, "s", "0", "of the film, when it comes", not_negative, ""},
+             {"duration", number, "s", "3", "how long it stays", positive, ""},
+             {"fade", number, "s", "0.3", "how long it takes to come, unless the film begins with it, and to go",
+              not_negative, ""},
+         }},
         {"plot",
          "[[plot]]",
          "A curve over time that grows with the film; drawn if `overlay.show` has \"plots\".",
@@ -439,7 +487,7 @@ std::vector<SectionSpec> overlay_sections() {
 }
 
 std::vector<SectionSpec> all_sections() {
-    std::vector<SectionSpec> sections{top_section(), simulation_section(), output_section()};
+    std::vector<SectionSpec> sections{top_section(), simulation_section(), output_section(), speed_section()};
     for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), view_sections(), overlay_sections(),
                                                   {study_section()}}) {
         sections.insert(sections.end(), group.begin(), group.end());

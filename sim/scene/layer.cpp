@@ -39,6 +39,20 @@ OverlayDef read_overlay(const TextSource& source, const TreeNode& node, const Bo
     return overlay;
 }
 
+CaptionDef read_caption(const TextSource& source, const TreeNode& node, const std::string& title) {
+    Section section(source, node, scene_section("caption"), title);
+    CaptionDef caption;
+    caption.text = section.lines("text");
+    if (caption.text.find_first_not_of(" \t\n") == std::string::npos) {
+        section.fail("text", "text is empty, expected what is to be read");
+    }
+    caption.place = static_cast<CaptionPlace>(section.choice("place"));
+    caption.time = section.number("time");
+    caption.duration = section.number("duration");
+    caption.fade = section.number("fade");
+    return caption;
+}
+
 PlotDef read_plot(const TextSource& source, const TreeNode& node, const std::string& title,
                   const SceneDef& scene, const BodyFinder& find) {
     Section section(source, node, scene_section("plot"), title);

@@ -15,6 +15,9 @@ using BodyFinder = std::function<int(const std::string&, const TextPlace&, const
 /// [overlay].
 OverlayDef read_overlay(const TextSource& source, const TreeNode& node, const BodyFinder& find);
 
+/// One [[caption]].
+CaptionDef read_caption(const TextSource& source, const TreeNode& node, const std::string& title);
+
 /// One [[plot]]. `scene`: its bodies are known.
 PlotDef read_plot(const TextSource& source, const TreeNode& node, const std::string& title,
                   const SceneDef& scene, const BodyFinder& find);

@@ -56,6 +56,54 @@ Plate east_plate(Section& section) {
     return plate;
 }
 
+/// The bodies that the places of a lattice take.
+class Mixture {
+public:
+    Mixture(const TextSource& source, Section& lattice, const std::string& title) : source_(source) {
+        add(lattice.table("body"), "lattice.body", title + " body", 1.0);
+        for (const TreeNode* node : lattice.tables("mix")) {
+            const std::string name = fmt::format("{} mix {}", title, kinds_.size() - 1);
+            Section section(source, *node, scene_section("lattice.mix"), name);
+            add(*node, "lattice.mix", name, section.number("share"));
+        }
+    }
+
+    /// The body of one place, whose number is `index`.
+    BodyDef take(std::int64_t index, Random& random) const {
+        double left = kinds_.size() > 1 ? random.uniform() * total_ : 0.0;
+        std::size_t chosen = 0;
+        while (chosen + 1 < kinds_.size() && left >= kinds_[chosen].share) {
+            left -= kinds_[chosen++].share;
+        }
+        const Kind& kind = kinds_[chosen];
+        return is_random_shape(*kind.node) ? read(kind, index) : kind.body;
+    }
+
+private:
+    struct Kind {
+        const TreeNode* node;
+        std::string section;
+        std::string title;
+        double share;
+        BodyDef body;
+    };
+
+    void add(const TreeNode& node, const std::string& section, const std::string& title, double share) {
+        kinds_.push_back({&node, section, title, share, {}});
+        kinds_.back().body = read(kinds_.back(), 0);
+        total_ += share;
+    }
+
+    BodyDef read(const Kind& kind, std::int64_t index) const {
+        Section section(source_, *kind.node, scene_section(kind.section), kind.title);
+        return read_body_template(section, index);
+    }
+
+    const TextSource& source_;
+    std::vector<Kind> kinds_;
+    double total_ = 0.0;
+};
+
 } // namespace
 
 std::vector<BodyDef> read_lattice(const TextSource& source, const TreeNode& node, const std::string& title) {
@@ -68,9 +116,10 @@ std::vector<BodyDef> read_lattice(const TextSource& source, const TreeNode& node
     Random random(static_cast<std::uint64_t>(section.long_integer("seed")));
     const std::vector<Vec3> palette =
         section.has("palette") ? section.colors("palette") : std::vector<Vec3>{};
-    Section body_section(source, section.table("body"), scene_section("lattice.body"), title + " body");
-    const BodyDef pattern = read_body_template(body_section, 0);
-    const TreeNode& body_node = section.table("body");
+    const Vec3 jitter = section.vector("jitter");
+    const Mixture mixture(source, section, title);
+    // Numbers of their own, so that turns stay what they are without jitter and mixture.
+    Random places(static_cast<std::uint64_t>(section.long_integer("seed")) ^ 0x6A09E667F3BCC908u);
     if (count.cast<double>().prod() > most_bodies) {
         section.fail("count", fmt::format("count makes {:.0f} bodies, expected at most {:.0f}",
                                           count.cast<double>().prod(), most_bodies));
@@ -80,18 +129,17 @@ std::vector<BodyDef> read_lattice(const TextSource& source, const TreeNode& node
     for (int k = 0; k < count.z(); ++k) {
         for (int j = 0; j < count.y(); ++j) {
             for (int i = 0; i < count.x(); ++i) {
-                const auto index = static_cast<std::int64_t>(bodies.size());
-                BodyDef body = pattern;
-                if (is_random_shape(body_node)) {
-                    Section again(source, body_node, scene_section("lattice.body"), title + " body");
-                    body = read_body_template(again, index);
-                }
+                BodyDef body = mixture.take(static_cast<std::int64_t>(bodies.size()), places);
+                const Quat orientation = body.pose.orientation;
                 body.name = fmt::format("{}_{}", name, bodies.size());
                 body.pose.position = origin + spacing.cwiseProduct(Vec3(i, j, k));
+                for (int axis = 0; axis < 3; ++axis) {
+                    body.pose.position[axis] += jitter[axis] > 0.0 ? jitter[axis] * (2.0 * places.uniform() - 1.0) : 0.0;
+                }
                 if (turn_max > 0.0) {
                     const Vec3 axis = random.direction();
                     body.pose.orientation =
-                        Quat(Eigen::AngleAxisd(turn_max * random.uniform(), axis)) * pattern.pose.orientation;
+                        Quat(Eigen::AngleAxisd(turn_max * random.uniform(), axis)) * orientation;
                 }
                 if (!palette.empty()) {
                     body.look.color = palette[static_cast<std::size_t>(k) % palette.size()];

@@ -165,6 +165,18 @@ std::string Section::text(std::string_view key) {
     return value.text;
 }
 
+std::string Section::lines(std::string_view key) {
+    const KeySpec& spec = spec_of(key, KeyType::text);
+    const TreeNode& value = value_of(spec);
+    if (value.kind != TreeKind::text) {
+        wrong(spec, {value, std::string(key)});
+    }
+    if (std::ranges::any_of(value.text, [](char c) { return static_cast<unsigned char>(c) < 0x20 && c != '\n'; })) {
+        fail(key, fmt::format("{} has a control character, expected text and \\n", key));
+    }
+    return value.text;
+}
+
 int Section::choice(std::string_view key) {
     const KeySpec& spec = spec_of(key, KeyType::choice);
     const TreeNode& value = value_of(spec);

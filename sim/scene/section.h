@@ -28,7 +28,10 @@ public:
     int integer(std::string_view key);
     std::int64_t long_integer(std::string_view key);
     bool boolean(std::string_view key);
+    /// Of one line.
     std::string text(std::string_view key);
+    /// Lines end at "\n".
+    std::string lines(std::string_view key);
     /// Index of the word among the key's choices.
     int choice(std::string_view key);
     Rational fraction(std::string_view key);

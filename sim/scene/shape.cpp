@@ -45,37 +45,34 @@ Box read_box(Section& section) {
     return Box{section.has("size") ? Vec3(section.vector("size") / 2.0) : section.vector("half_extents")};
 }
 
-/// Points of the OBJ file beside the scene.
-std::vector<Vec3> points_of_file(const TextSource& source, const std::string& name) {
+/// What `read` makes of the OBJ file beside the scene.
+template <class Read>
+auto read_obj(const TextSource& source, const std::string& name, const Read& read) {
     const std::filesystem::path path = std::filesystem::path(source.file).parent_path() / name;
     std::error_code error;
     if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
         throw Error(ExitCode::io, fmt::format("cannot read {}: not a file", path.string())); // a pipe may never end
     }
-    return obj_points(read_text_file(path), path.string());
+    return read(read_text_file(path), path.string());
 }
 
-std::vector<Vec3> read_points_file(Section& section) {
+/// The same of the file that the section's key `file` names.
+template <class Read>
+auto read_obj_of(Section& section, const Read& read) {
     const std::string name = section.text("file");
     const TextPlace place = section.place_of("file");
     if (place.assignment >= 0) {
         section.fail("file", "file is set here, expected it in the scene file");
     }
     try {
-        return points_of_file(section.source(), name);
+        return read_obj(section.source(), name, read);
     } catch (const Error& error) {
         throw Error(error.code(), fmt::format("{}: {}: {}", section.source().describe(place), section.title(),
                                               error.what()));
     }
 }
 
-Hull read_hull(Section& section) {
-    if (section.has("points") == section.has("file")) {
-        section.fail("points", section.has("points") ? "expected points or file, not both"
-                                                     : "points or file is missing, expected one of them");
-    }
-    const std::string key = section.has("points") ? "points" : "file";
-    const std::vector<Vec3> points = section.has("points") ? section.points("points") : read_points_file(section);
+Hull hull_of(const Section& section, const std::string& key, const std::vector<Vec3>& points) {
     if (points.size() < 4 || points.size() > most_points) {
         section.fail(key, fmt::format("{} has {} points, expected 4 to {}", key, points.size(), most_points));
     }
@@ -85,6 +82,16 @@ Hull read_hull(Section& section) {
                                       points.size(), key));
     }
     return Hull{std::make_shared<const Polytope>(std::move(*polytope))};
+}
+
+Hull read_hull(Section& section) {
+    if (section.has("points") == section.has("file")) {
+        section.fail("points", section.has("points") ? "expected points or file, not both"
+                                                     : "points or file is missing, expected one of them");
+    }
+    const std::string key = section.has("points") ? "points" : "file";
+    const std::vector<Vec3> points = section.has("points") ? section.points("points") : read_obj_of(section, obj_points);
+    return hull_of(section, key, points);
 }
 
 /// Tries of random points for a rock: four nearly always span a volume.
@@ -159,39 +166,62 @@ std::size_t offset_of(const std::string& text, const TextPlace& place) {
     return at;
 }
 
-/// All values of the key "file" in shapes of kind "hull" below a node, in the order of the text.
-void find_hull_files(const TreeNode& node, std::vector<const TreeNode*>& files) {
+/// A value of the key "file", and whether its groups are parts.
+struct ObjFile {
+    const TreeNode* name;
+    bool has_groups;
+};
+
+/// All values of the key "file" in shapes of kind "hull" and "compound" below a node, with that kind.
+void find_obj_files(const TreeNode& node, std::vector<ObjFile>& files) {
     const TreeNode* kind = node.find("kind");
     const TreeNode* file = node.find("file");
-    if (kind != nullptr && kind->text == "hull" && file != nullptr) {
-        files.push_back(file);
+    if (kind != nullptr && (kind->text == "hull" || kind->text == "compound") && file != nullptr) {
+        files.push_back({file, kind->text == "compound"});
     }
     for (const TreeNode& child : node.children) {
-        find_hull_files(child, files);
+        find_obj_files(child, files);
     }
+}
+
+/// "points = [[0, 0, 0], ...]"
+std::string points_text(const std::vector<Vec3>& points) {
+    std::vector<std::string> texts;
+    for (const Vec3& x : points) {
+        texts.push_back(fmt::format("[{}, {}, {}]", x.x(), x.y(), x.z()));
+    }
+    return fmt::format("points = [{}]", fmt::join(texts, ", "));
+}
+
+/// What stands in the scene's text for the file.
+std::string text_of_file(const TextSource& source, const ObjFile& file) {
+    if (!file.has_groups) {
+        return points_text(read_obj(source, file.name->text, obj_points));
+    }
+    std::vector<std::string> parts;
+    for (const std::vector<Vec3>& group : read_obj(source, file.name->text, obj_groups)) {
+        parts.push_back(fmt::format("{{ kind = \"hull\", {} }}", points_text(group)));
+    }
+    return fmt::format("parts = [{}]", fmt::join(parts, ", "));
 }
 
 } // namespace
 
 std::string text_with_points(std::string text, const TreeNode& root, const TextSource& source) {
-    std::vector<const TreeNode*> files;
-    find_hull_files(root, files);
-    std::ranges::sort(files, std::ranges::greater{}, [](const TreeNode* file) {
-        return std::pair(file->place.line, file->place.column);
+    std::vector<ObjFile> files;
+    find_obj_files(root, files);
+    std::ranges::sort(files, std::ranges::greater{}, [](const ObjFile& file) {
+        return std::pair(file.name->place.line, file.name->place.column);
     });
-    for (const TreeNode* file : files) {
-        const std::size_t key = offset_of(text, file->key_place);
-        const std::size_t value = offset_of(text, file->place);
+    for (const ObjFile& file : files) {
+        const std::size_t key = offset_of(text, file.name->key_place);
+        const std::size_t value = offset_of(text, file.name->place);
         const std::size_t end = text.find(text[value], value + 1);
         if (text.compare(key, 4, "file") != 0 || end == std::string::npos ||
-            text.substr(value + 1, end - value - 1) != file->text) {
-            fail_at(source, file->place, "the file's name is written in an unusual way, expected file = \"NAME\"");
+            text.substr(value + 1, end - value - 1) != file.name->text) {
+            fail_at(source, file.name->place, "the file's name is written in an unusual way, expected file = \"NAME\"");
         }
-        std::vector<std::string> points;
-        for (const Vec3& x : points_of_file(source, file->text)) {
-            points.push_back(fmt::format("[{}, {}, {}]", x.x(), x.y(), x.z()));
-        }
-        text.replace(key, end + 1 - key, fmt::format("points = [{}]", fmt::join(points, ", ")));
+        text.replace(key, end + 1 - key, text_of_file(source, file));
     }
     return text;
 }
@@ -229,9 +259,25 @@ Shape read_shape(const TextSource& source, const TreeNode& node, const std::stri
                           read_primitive(kind, section, index));
     }
     Compound compound;
+    if (section.has("parts") == section.has("file")) {
+        section.fail("parts", section.has("parts") ? "expected parts or file, not both"
+                                                   : "parts or file is missing, expected one of them");
+    }
+    if (section.has("file")) {
+        for (const std::vector<Vec3>& group : read_obj_of(section, obj_groups)) {
+            compound.parts.push_back({hull_of(section, "file", group), {}});
+        }
+        if (compound.parts.empty()) {
+            section.fail("file", "file has no group of faces, expected at least one");
+        }
+        return compound;
+    }
     for (const TreeNode* part : section.tables("parts")) {
         compound.parts.push_back(
             read_part(source, *part, fmt::format("{} part {}", title, compound.parts.size()), index));
+    }
+    if (compound.parts.empty()) {
+        section.fail("parts", "parts is an empty array, expected at least one part");
     }
     return compound;
 }

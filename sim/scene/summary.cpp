@@ -1,6 +1,7 @@
 #include "sim/scene/summary.h"
 
 #include "sim/base/rational.h"
+#include "sim/model/film_clock.h"
 #include "sim/scene/model.h"
 
 #include <fmt/format.h>
@@ -79,10 +80,16 @@ std::string describe_camera(const CameraDef& camera, bool is_chosen) {
         kind = camera.keys.size() == 1 ? "fixed" : fmt::format("{} keys", camera.keys.size());
         break;
     case CameraKind::orbit:
-        kind = fmt::format("orbit in {} s", camera.period);
+        kind = fmt::format("orbit in {} s{}", camera.period, camera.body >= 0 ? " around a body" : "");
         break;
     case CameraKind::follow:
         kind = "follows a body";
+        break;
+    case CameraKind::track:
+        kind = "tracks a body";
+        break;
+    case CameraKind::frame:
+        kind = camera.framed.size() == 1 ? "frames a body" : fmt::format("frames {} bodies", camera.framed.size());
         break;
     }
     return fmt::format("'{}' ({}{})", camera.name, kind, is_chosen ? ", chosen" : "");
@@ -111,8 +118,10 @@ std::string describe_scene(const SceneDef& scene) {
     line("bodies", fmt::format("{}, {}", describe_bodies(scene, false), describe_bodies(scene, true)));
     line("mass", fmt::format("{:.6g} kg", mass));
     line("joints", describe_joints(scene));
-    line("steps", fmt::format("{} of {} s; {} s", step_count(output.duration, step.time_step),
-                              describe_fraction(step.time_step), describe_fraction(output.duration)));
+    const std::string speed =
+        is_real_time(output) ? "" : fmt::format(" of film, {:.6g} s simulated", simulated_duration(output));
+    line("steps", fmt::format("{} of {} s; {} s{}", step_count_of(scene), describe_fraction(step.time_step),
+                              describe_fraction(output.duration), speed));
     line("frames", fmt::format("{} of {} x {} at {} a second", frames, output.width, output.height,
                                describe_fraction(output.fps)));
     line("trajectory", output.record_every == 0

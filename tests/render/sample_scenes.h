@@ -47,6 +47,12 @@ inline sim::Snapshot start(const sim::SceneDef& scene, double time = 0.0) {
     return snapshot;
 }
 
+/// fov_degrees of a camera whose pictures of width / height `aspect`, narrower than 16:9, open vertically by `degrees`.
+inline double fov_for(double degrees, double aspect) {
+    constexpr double half = std::numbers::pi / 360.0;
+    return std::atan(std::tan(half * degrees) * aspect * 9.0 / 16.0) / half;
+}
+
 inline void set_camera(sim::SceneDef& scene, const sim::Vec3& eye, const sim::Vec3& target,
                        double fov_degrees) {
     sim::CameraDef camera;

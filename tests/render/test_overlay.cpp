@@ -1,12 +1,15 @@
 #include "render/overlay/overlay.h"
 #include "render/overlay/palette.h"
 #include "render/picture/renderer.h"
+#include "sim/base/error.h"
 #include "tests/render/sample_scenes.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
+#include <string>
+#include <vector>
 
 using namespace render;
 
@@ -22,7 +25,7 @@ sim::SceneDef cube_scene() {
     scene.bodies.push_back(sample::body(sim::Box{{1, 1, 1}}, {sim::Vec3(0, 0, 1), sim::Quat::Identity()},
                                         sim::Vec3(0.3, 0.3, 0.3)));
     scene.bodies.back().mass.mass = 1.0;
-    sample::set_camera(scene, {0, -10, 1}, {0, 0, 1}, 40.0);
+    sample::set_camera(scene, {0, -10, 1}, {0, 0, 1}, sample::fov_for(40.0, 4.0 / 3.0));
     return scene;
 }
 
@@ -45,12 +48,12 @@ struct Pair {
     Image plain;
     Image drawn;
 };
-Pair draw(const sim::SceneDef& scene, const sim::Snapshot& snapshot) {
+Pair draw(const sim::SceneDef& scene, const sim::Snapshot& snapshot, double film_time = 0.0) {
     Renderer renderer(scene, width, height);
     Overlay overlay(scene);
     Pair pair{renderer.draw(snapshot), {}};
     pair.drawn = pair.plain;
-    overlay.draw(pair.drawn, snapshot, {}, renderer.depth());
+    overlay.draw(pair.drawn, {film_time, snapshot, {}, renderer.depth()});
     return pair;
 }
 
@@ -155,7 +158,7 @@ TEST(overlay, same_state_gives_the_same_bytes) {
     for (Image& image : images) {
         image = renderer.draw(snapshot);
         Overlay overlay(scene);
-        overlay.draw(image, snapshot, *taker.notes(), renderer.depth());
+        overlay.draw(image, {0.0, snapshot, *taker.notes(), renderer.depth()});
     }
     EXPECT_EQ(images[0].rgb, images[1].rgb);
 }
@@ -211,4 +214,61 @@ TEST(palette, scale_rises_in_lightness_throughout) {
                   lightness(scale_color(static_cast<float>(i + 1) / 64)));
     }
     EXPECT_NEAR(display_from_linear(linear_from_display(glm::vec3(0.3f)))[1], 0.3f, 1e-6f);
+}
+
+/// Pixels that differ, in a part of the picture.
+int changed_pixels(const Pair& pair, int from_row, int to_row) {
+    int count = 0;
+    for (int y = from_row; y < to_row; ++y) {
+        for (int x = 0; x < width; ++x) {
+            count += pixel(pair.plain, x, y) != pixel(pair.drawn, x, y) ? 1 : 0;
+        }
+    }
+    return count;
+}
+
+TEST(overlay, a_caption_is_there_at_its_time_and_place_and_fades) {
+    sim::SceneDef scene = cube_scene();
+    scene.captions = {{"A cube of 2 m", sim::CaptionPlace::bottom, 1.0, 2.0, 0.5}};
+    const sim::Snapshot snapshot = sample::start(scene);
+    EXPECT_EQ(changed_pixels(draw(scene, snapshot, 0.9), 0, height), 0);
+    EXPECT_EQ(changed_pixels(draw(scene, snapshot, 3.0), 0, height), 0);
+    const Pair whole = draw(scene, snapshot, 2.0);
+    EXPECT_GT(changed_pixels(whole, height - 60, height), 1000);
+    EXPECT_EQ(changed_pixels(whole, 0, height - 60), 0);
+    // Half faded in: a panel's pixel beside the text is half as far from the plain picture.
+    const Pair half = draw(scene, snapshot, 1.25);
+    const int x = width / 2, y = height - 11;
+    const float full = glm::length(pixel(whole.drawn, x, y) - pixel(whole.plain, x, y));
+    ASSERT_GT(full, 0.03f);
+    EXPECT_NEAR(glm::length(pixel(half.drawn, x, y) - pixel(half.plain, x, y)), 0.5f * full, 0.008f); // 2 / 255
+}
+
+TEST(overlay, a_card_covers_the_picture_and_long_lines_wrap) {
+    sim::SceneDef scene = cube_scene();
+    const char* text = "One thousand cubes fall through a funnel of four plates";
+    scene.captions = {{text, sim::CaptionPlace::card, 0.0, 2.0, 0.5}};
+    const Pair pair = draw(scene, sample::start(scene), 0.0); // without fading in: the film begins with it
+    EXPECT_EQ(pixel(pair.drawn, 0, 0), pixel(pair.drawn, width - 1, height - 1));
+    const Font font;
+    const std::vector<std::string> lines =
+        font.lines("one two three\nfour", 20.0f, font.width("one two", 20.0f) + 1.0f);
+    EXPECT_EQ(lines, (std::vector<std::string>{"one two", "three", "four"}));
+    EXPECT_EQ(font.lines("abcabc", 20.0f, font.width("abc", 20.0f) + 0.5f), (std::vector<std::string>{"abc", "abc"}));
+}
+
+TEST(overlay, a_letter_that_the_font_lacks_is_refused_by_its_name) {
+    sim::SceneDef scene = cube_scene();
+    scene.name = "film";
+    scene.captions = {{"Größe Ωμ Привет"}};
+    EXPECT_NO_THROW(check_letters(scene));
+    scene.captions = {{"ok"}, {"ok \u6f22"}};
+    try {
+        check_letters(scene);
+        FAIL() << "no error";
+    } catch (const sim::Error& error) {
+        EXPECT_EQ(error.code(), sim::ExitCode::usage);
+        EXPECT_STREQ(error.what(), "film: caption 1: the font lacks \u6f22 (U+6F22), expected Latin, Cyrillic, or "
+                                   "Greek without accents");
+    }
 }

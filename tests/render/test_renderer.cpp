@@ -40,7 +40,7 @@ render::Image drawn_once(const sim::SceneDef& scene, int width, int height) {
 sim::SceneDef red_cube() {
     sim::SceneDef scene;
     scene.bodies.push_back(sample::body(sim::Box{{1, 1, 1}}, {}, {0.8, 0.05, 0.05}));
-    sample::set_camera(scene, {0, -10, 0}, {0, 0, 0}, 40);
+    sample::set_camera(scene, {0, -10, 0}, {0, 0, 0}, sample::fov_for(40, 4.0 / 3.0));
     return scene;
 }
 
@@ -350,7 +350,7 @@ TEST(renderer, round_edges_before_the_sky_have_the_coverage_of_a_disc) {
     scene.light.sky_zenith = scene.light.sky_horizon = sim::Vec3(1, 1, 1);
     scene.bodies.push_back(sample::body(sim::Sphere{1}, {}, {0, 0, 0}));
     scene.bodies[0].look.roughness = 1.0;
-    sample::set_camera(scene, {0, -20, 0}, {0, 0, 0}, 20);
+    sample::set_camera(scene, {0, -20, 0}, {0, 0, 0}, sample::fov_for(20, 1.0));
     const render::Image image = drawn(scene, 120, 120);
     const int sky = pixel(image, 5, 5)[1];
     const int ball = pixel(image, 60, 60)[1];
@@ -373,7 +373,7 @@ TEST(renderer, motion_blur_spreads_moving_edges_evenly) {
     scene.light.to_sun = sim::Vec3(0, -1, 0);
     scene.bodies.push_back(sample::body(sim::Box{}, {}, {0.9, 0.9, 0.9}));
     scene.bodies[0].velocity = sim::Vec3(10, 0, 0);
-    sample::set_camera(scene, {0, -10, 0}, {0, 0, 0}, 40);
+    sample::set_camera(scene, {0, -10, 0}, {0, 0, 0}, sample::fov_for(40, 4.0 / 3.0));
     render::Renderer renderer(scene, 160, 120);
     const sim::Snapshot snapshot = sample::start(scene);
     const render::Image sharp = renderer.draw(snapshot);

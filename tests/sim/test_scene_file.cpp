@@ -101,6 +101,9 @@ Entries smallest_table(const std::string& path) {
           {"axis", "[0, 1, 0]"}}},
         {"camera", {{"name", "'x'"}, {"eye", "[1, 2, 3]"}, {"target", "[0, 0, 0]"}}},
         {"plot", {{"quantity", "'distance'"}, {"bodies", "['ball']"}}},
+        {"caption", {{"text", "'x'"}}},
+        {"output.speed_keys", {{"time", "0"}, {"speed", "1"}}},
+        {"lattice.mix", {{"shape", "{ kind = 'sphere', radius = 1 }"}}},
         {"camera.keys", {{"time", "0"}, {"eye", "[1, 2, 3]"}, {"target", "[0, 0, 0]"}}},
     };
     const auto found = tables.find(path);
@@ -115,7 +118,7 @@ struct Company {
 Company company_of(const std::string& key) {
     static const std::map<std::string, Company> companies{
         {"half_extents", {{}, {"size"}}},
-        {"file", {{}, {"points"}}},
+        {"file", {{}, {"points", "parts"}}},
         {"inertia", {{{"mass", "1"}}, {}}},
         {"centre_of_mass", {{{"mass", "1"}, {"inertia", "[1, 1, 1]"}}, {}}},
         {"mu_s", {{{"mu_d", "0.1"}}, {}}},
@@ -135,13 +138,17 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     if (path == "camera" && key == "body") {
         company.with = {{"kind", "'follow'"}};
     }
+    if (path == "camera" && key == "bodies") {
+        company.with = {{"kind", "'frame'"}};
+    }
     Entries entries = smallest_table(path);
     std::erase_if(entries, [&](const auto& entry) {
         return entry.first == key || company.without.contains(entry.first);
     });
     entries.insert(entries.end(), company.with.begin(), company.with.end());
     entries.emplace_back(key, value);
-    const bool is_inline = path.starts_with("shape ") || path.starts_with("part ") || path == "camera.keys";
+    const bool is_inline = path.starts_with("shape ") || path.starts_with("part ") || path == "camera.keys" ||
+                           path == "output.speed_keys";
     std::string table;
     for (const auto& [name, text] : entries) {
         table += (is_inline && !table.empty() ? ", " : "") + name + " = " + text + (is_inline ? "" : "\n");
@@ -154,6 +161,13 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     }
     if (path == "camera.keys") {
         return "[[camera]]\nname = 'x'\nkeys = [{ " + table + " }]\n";
+    }
+    if (path == "output.speed_keys") {
+        return "[output]\nspeed_keys = [{ " + table + " }]\n";
+    }
+    if (path == "lattice.mix") {
+        return "[[lattice]]\nname = 'x'\ncount = [1, 1, 1]\nspacing = [1, 1, 1]\nbody = { shape = { kind = 'sphere', "
+               "radius = 1 } }\n[[lattice.mix]]\n" + table;
     }
     if (path == "lattice.body") {
         return "[[lattice]]\nname = 'x'\ncount = [1, 1, 1]\nspacing = [1, 1, 1]\n[lattice.body]\n" + table;
@@ -299,6 +313,52 @@ TEST(scene_file, obj_file_with_a_bad_line_is_refused_with_its_place) {
     EXPECT_EQ(message("v 0 0 0\nv 1 0\n"), "rock.obj:2: v is followed by 2 numbers, expected three");
     EXPECT_EQ(message("v 0 0 0\n\nv 1 x 0\n"), "rock.obj:3: 'x' stands after v, expected a finite number");
     EXPECT_EQ(message("v 0 0 inf\n"), "rock.obj:1: 'inf' stands after v, expected a finite number");
+}
+
+TEST(scene_file, groups_of_an_obj_file_are_parts_and_stand_in_the_scenes_text) {
+    const std::filesystem::path folder = std::filesystem::path(TUMBLE_OUT_DIR) / "test_obj" / "groups";
+    std::filesystem::create_directories(folder);
+    const std::string two = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 9 9 9\ng a\nf 1 2 3\nf 1 2 4\n"
+                            "o b\nv 3 0 0\nv 4 0 0\nv 3 1 0\nv 3 0 1\nf -4 -3 -2\nf 6//1 7 9/2\n";
+    write_file(folder / "two.obj", two);
+    const std::string text = "[[body]]\nname = 'pair'\nshape = { kind = \"compound\", file = \"two.obj\" }\n";
+    write_file(folder / "scene.toml", text);
+    const SceneDef scene = load_scene(folder / "scene.toml");
+    ASSERT_EQ(std::get<Compound>(scene.bodies[0].shape).parts.size(), 2u);
+    EXPECT_DOUBLE_EQ(scene.bodies[0].mass.mass, 2.0 * 1000.0 / 6.0); // no corner is the unused vertex
+    const SceneDef again = parse_scene(scene.text, "elsewhere.toml");
+    EXPECT_EQ(shape_to_json(again.bodies[0].shape), shape_to_json(scene.bodies[0].shape));
+    write_file(folder / "two.obj", std::string("v 0 0 0\ng a\nf 1 2 3\n"));
+    try {
+        load_scene(folder / "scene.toml");
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("two.obj:3: '2' stands after f, expected the number of a vertex, 1 to 1"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
+TEST(scene_file, a_lattice_may_be_shaken_and_mixed_the_same_way_for_ever) {
+    const std::string lattice = "[[lattice]]\nname = 'x'\ncount = [10, 10, 10]\nspacing = [1, 1, 1]\n"
+                                "jitter = [0.1, 0, 0.2]\nbody = { shape = { kind = 'sphere', radius = 0.2 } }\n"
+                                "[[lattice.mix]]\nshare = 3\nshape = { kind = 'box', size = [0.2, 0.2, 0.2] }\n";
+    const SceneDef scene = parse_scene(lattice, "scene.toml");
+    const SceneDef again = parse_scene(lattice, "scene.toml");
+    int boxes = 0;
+    Vec3 most = Vec3::Zero();
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        boxes += std::holds_alternative<Box>(scene.bodies[i].shape) ? 1 : 0;
+        const auto k = static_cast<int>(i);
+        const Vec3 place(k % 10, k / 10 % 10, k / 100);
+        most = most.cwiseMax((scene.bodies[i].pose.position - place).cwiseAbs());
+        EXPECT_EQ(scene.bodies[i].pose.position, again.bodies[i].pose.position);
+    }
+    EXPECT_NEAR(boxes, 750, 42); // three standard deviations of 1000 draws: 3 sqrt(1000 0.75 0.25) = 41
+    EXPECT_LE(most.x(), 0.1);
+    EXPECT_GT(most.x(), 0.099);
+    EXPECT_EQ(most.y(), 0.0);
+    EXPECT_GT(most.z(), 0.199);
 }
 
 // --- the key table ---------------------------------------------------------------------------------------

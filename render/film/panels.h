@@ -1,0 +1,30 @@
+#pragma once
+/// Several pictures in one, each with its lines of text: two side by side, three or four in two rows.
+#include "render/overlay/text.h"
+#include "render/picture/image.h"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace render {
+
+struct Panel {
+    Image picture;
+    std::vector<std::string> labels; ///< lines, in the upper left corner
+};
+
+/// Pixels of one panel.
+struct PanelSize {
+    int width = 0;
+    int height = 0;
+};
+
+/// Size of the picture of `count` panels, 1 to 4.
+PanelSize arranged_size(const PanelSize& panel, std::size_t count);
+
+/// The panels in one picture, row by row. A picture of another size is made as large as fits, on black; light is
+/// averaged, not display values. Labels stay in one size.
+Image arranged(std::span<const Panel> panels, const PanelSize& size, Font& font);
+
+} // namespace render
