@@ -144,6 +144,7 @@ public:
         model_.nodes.push_back(root);
         model_.scenes[0].nodes.push_back(0);
         add_bodies();
+        add_rods();
         add_sun();
     }
 
@@ -380,10 +381,34 @@ private:
             render::collect_parts(scene_, geometry_, start_, view(start_), {0.0, 1000.0});
         for (const std::vector<render::Part>* group : {&parts.boxes, &parts.rounds}) {
             for (const render::Part& part : *group) {
-                if (part.body > 0) { // rods of joints are none
+                if (part.body > 0) { // rods are added from the joints
                     add_part(part.body - 1, part.instance, part.mesh);
                 }
             }
+        }
+    }
+
+    /// A joint's rod, from the anchor to the centre of body a, hangs from that body.
+    void add_rods() {
+        const double radius = render::rod_radius_in_views * render::view_scale(camera_);
+        for (const sim::JointDef& joint : scene_.joints) {
+            if (!joint.is_drawn || joint.body_a < 0) {
+                continue;
+            }
+            const auto a = static_cast<std::size_t>(joint.body_a);
+            const sim::Pose& pose = scene_.bodies[a].pose;
+            const Vec3 anchor = pose.orientation.conjugate() * (joint.anchor - pose.position);
+            if (node_of_body_[a] < 0 || anchor == Vec3::Zero()) {
+                continue;
+            }
+            tinygltf::Node node;
+            node.name = "rod";
+            node.mesh = mesh_of(render::mesh_id::rod, render::rod_look());
+            node.translation = numbers(Vec3(0.5 * anchor));
+            node.rotation = numbers(Quat::FromTwoVectors(Vec3::UnitZ(), anchor));
+            node.scale = {radius, radius, 0.5 * anchor.norm()};
+            add_node(node, node_of_body_[a]);
+            radius_of_body_[a] = std::max(radius_of_body_[a], anchor.norm() + radius);
         }
     }
 

@@ -20,8 +20,6 @@ using sim::Vec3;
 constexpr double reach_in_views = 3.0;
 /// Shadow texels are not smaller than this many view distances.
 constexpr double least_texel_in_views = 0.0009;
-/// Radius of the rod that a joint is drawn as, in view distances.
-constexpr double rod_radius_in_views = 0.0014;
 /// Cells that the occlusion volume reaches beyond the bodies.
 constexpr float occlusion_margin_cells = 4.0f;
 

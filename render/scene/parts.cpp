@@ -130,9 +130,7 @@ private:
 /// Rods of all drawn joints: from the anchor to the centre of body a.
 void add_joints(const sim::SceneDef& scene, const sim::Snapshot& snapshot, double radius,
                 PartCollector& collector) {
-    sim::LookDef look;
-    look.color = Vec3::Constant(0.10);
-    look.roughness = 0.5;
+    const sim::LookDef look = rod_look();
     for (const sim::JointDef& joint : scene.joints) {
         if (!joint.is_drawn || joint.body_a < 0) {
             continue;
@@ -153,6 +151,13 @@ void add_joints(const sim::SceneDef& scene, const sim::Snapshot& snapshot, doubl
 }
 
 } // namespace
+
+sim::LookDef rod_look() {
+    sim::LookDef look;
+    look.color = Vec3::Constant(0.10);
+    look.roughness = 0.5;
+    return look;
+}
 
 Parts collect_parts(const sim::SceneDef& scene, const SceneGeometry& geometry, const sim::Snapshot& snapshot,
                     const View& view, const PartSetup& setup) {

@@ -23,6 +23,11 @@ struct Parts {
     std::vector<Part> rounds; ///< by mesh and pattern, nearest first within one
 };
 
+/// Radius of a joint's rod, in view_scale()s of the camera.
+constexpr double rod_radius_in_views = 0.0014;
+
+sim::LookDef rod_look();
+
 /// Joints are drawn as rods of a radius [m]; pixels_per_radian: of the picture, for the fineness of spheres.
 struct PartSetup {
     double rod_radius = 0.0;
