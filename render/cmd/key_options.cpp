@@ -105,6 +105,8 @@ constexpr KeyOption key_options[] = {
      "simulation.time_step", toml_fraction, "a number of seconds > 0", true},
     {"--tolerance", "M", "Largest gap error and overlap [m]", &Options::tolerance, "simulation.tolerance",
      toml_positive, "a number of metres > 0", true},
+    {"--crf", "N", "Quality of the film, 0..51: less is better and larger; 0 is lossless, which browsers do not play",
+     &Options::crf, "output.crf", toml_count, "an integer 0..51", false},
     {"--camera", "NAME", "Name of the camera", &Options::camera, "output.camera", toml_text, nullptr, false},
     {"--show", "WORDS", "Over the picture, such as time,points,impulses; none: nothing; see overlay.show",
      &Options::show, "overlay.show", toml_words, nullptr, false},

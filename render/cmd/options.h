@@ -25,6 +25,7 @@ struct Options {
     std::string time_step;                ///< [s]
     std::string tolerance;                ///< [m]
     std::string record_every;             ///< [steps]
+    std::string crf;                      ///< of the film
     std::string camera;                   ///< name
     std::string show;                     ///< "time,points": words of overlay.show; "none"
     std::string color_by;                 ///< word of overlay.color_by

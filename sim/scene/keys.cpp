@@ -207,7 +207,8 @@ SectionSpec output_section() {
                 {"soft_shadows", boolean, "", none, "false, true, true", any, ""},
                 {"ambient_occlusion", boolean, "", none, "less sky where bodies are near: false, true, true", any, ""},
                 {"shadow_size", integer, "px", none, "side of the shadow map: 512, 1024, 2048", {64, 8192}, ""},
-                {"crf", integer, "", none, "rate factor of the film, 0: lossless: 23, 18, 16", {0, 51}, ""},
+                {"crf", integer, "", none,
+                 "rate factor of the film; 0: lossless, which browsers do not play: 23, 18, 16", {0, 51}, ""},
                 {"effort", choice, "", none,
                  "of the film's encoder, against its size: ultrafast, veryfast (searching less for motion than x264's "
                  "own), medium", any,
