@@ -34,19 +34,22 @@ constexpr glm::vec3 dark(0.03f, 0.04f, 0.06f);
 /// Sticking and sliding contacts: sky blue and vermilion of Okabe & Ito.
 const glm::vec3 sticking_color = category_color(1);
 const glm::vec3 sliding_color = category_color(5);
-/// Impacts: yellow.
+/// Impacts, and the path of the contact on the body: yellow.
 const glm::vec3 impact_color = category_color(3);
+const glm::vec3 path_on_body_color = category_color(3);
+constexpr glm::vec3 path_in_world_color(0.95f, 0.96f, 1.0f);
 
 glm::vec3 to_glm(const Eigen::Vector3f& v) {
     return {v.x(), v.y(), v.z()};
 }
 
-/// From the end of a piece to the beginning of the next, on a ball about the origin; empty if the body flew too long.
+bool is_hop(const Path& from, const Path& to) {
+    return !from.empty() && !to.empty() && to.front().time - from.back().time <= longest_hop;
+}
+
+/// From the end of a piece to the beginning of the next, on a ball about the origin.
 std::vector<Vec3> hop(const Path& from, const Path& to) {
     std::vector<Vec3> points;
-    if (from.empty() || to.empty() || to.front().time - from.back().time > longest_hop) {
-        return points;
-    }
     const Vec3& a = from.back().at;
     const Vec3& b = to.front().at;
     const sim::Quat turn = sim::Quat::FromTwoVectors(a, b);
@@ -179,10 +182,13 @@ WorldLayer::WorldLayer(const sim::SceneDef& scene)
 
 std::vector<LegendEntry> WorldLayer::legend() const {
     const bool has_impulses = scene_.overlay.shows(Shown::impulses);
-    if (!scene_.overlay.shows(Shown::points) && !has_impulses) {
-        return {};
+    std::vector<LegendEntry> entries;
+    if (scene_.overlay.shows(Shown::contact_paths)) {
+        entries = {{path_in_world_color, "path of the contact"}, {path_on_body_color, "the same on the body"}};
     }
-    std::vector<LegendEntry> entries{{sticking_color, "sticking"}, {sliding_color, "sliding"}};
+    if (scene_.overlay.shows(Shown::points) || has_impulses) {
+        entries.insert(entries.end(), {{sticking_color, "sticking"}, {sliding_color, "sliding"}});
+    }
     if (has_impulses) {
         entries.push_back({impact_color, "impact"});
     }
@@ -220,14 +226,19 @@ void WorldLayer::draw_paths(Canvas& canvas, const Projection& projection, const 
         projection.stroke(canvas, points, {{panel_color(body), 1.0f}, 2.2f * scale, 0.0f}, fade);
     }
     for (const ContactPath& path : notes.contact_paths) {
-        const Pen in_world{{{0.95f, 0.96f, 1.0f}, 1.0f}, 1.5f * scale, 0.0f};
-        const Pen on_body{{category_color(3), 1.0f}, 2.2f * scale, 0.0f};
-        for (const Path& piece : path.in_world) {
+        const auto faint = [](std::size_t) { return hop_alpha; };
+        const Pen in_world{{path_in_world_color, 1.0f}, 1.5f * scale, 0.0f};
+        const Pen on_body{{path_on_body_color, 1.0f}, 2.2f * scale, 0.0f};
+        for (std::size_t i = 0; i < path.in_world.size(); ++i) {
             points.clear();
-            for (const PathPoint& point : piece) {
+            for (const PathPoint& point : path.in_world[i]) {
                 points.push_back(to_glm(point.at));
             }
             projection.stroke(canvas, points, in_world, full);
+            if (i > 0 && is_hop(path.in_world[i - 1], path.in_world[i])) {
+                points = {to_glm(path.in_world[i - 1].back().at), to_glm(path.in_world[i].front().at)};
+                projection.stroke(canvas, points, in_world, faint);
+            }
         }
         const sim::BodySnapshot& body = snapshot.bodies[static_cast<std::size_t>(path.body)];
         const auto in_the_world = [&](const Vec3& at) {
@@ -239,11 +250,13 @@ void WorldLayer::draw_paths(Canvas& canvas, const Projection& projection, const 
                 points.push_back(in_the_world(point.at));
             }
             projection.stroke(canvas, points, on_body, full);
-            points.clear();
-            for (const Vec3& at : i > 0 ? hop(path.on_body[i - 1], path.on_body[i]) : std::vector<Vec3>{}) {
-                points.push_back(in_the_world(at));
+            if (i > 0 && is_hop(path.on_body[i - 1], path.on_body[i])) {
+                points.clear();
+                for (const Vec3& at : hop(path.on_body[i - 1], path.on_body[i])) {
+                    points.push_back(in_the_world(at));
+                }
+                projection.stroke(canvas, points, on_body, faint);
             }
-            projection.stroke(canvas, points, on_body, [](std::size_t) { return hop_alpha; });
         }
     }
 }
