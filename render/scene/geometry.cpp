@@ -174,7 +174,7 @@ SceneGeometry make_scene_geometry(const sim::SceneDef& scene, const sim::CameraD
     }
     PartMeshes part_meshes(geometry);
     for (const sim::BodyDef& body : scene.bodies) {
-        geometry.mesh_of_part.push_back(part_meshes.of_body(body.shape));
+        geometry.mesh_of_part.push_back(part_meshes.of_body(body.drawn_shape()));
     }
     part_meshes.number_hulls();
     geometry.group_count.assign(mesh_id::lathe_first, 1);

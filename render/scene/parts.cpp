@@ -53,7 +53,7 @@ public:
                          mesh_ = geometry_.mesh_of_part[index][0];
                          add_primitive(shape, pose);
                      }},
-            body.shape);
+            body.drawn_shape());
     }
 
     /// A thin rod from a to b.

@@ -70,8 +70,10 @@ struct BodyDef {
     Vec3 angular_velocity = Vec3::Zero();      ///< w [rad/s], world frame
     MaterialDef material;
     LookDef look;
+    std::optional<Shape> drawn;                ///< instead of the shape, in the same frame
 
     bool is_static() const { return mass.mass == 0.0; }
+    const Shape& drawn_shape() const { return drawn ? *drawn : shape; }
 };
 
 enum class JointKind {

@@ -335,8 +335,8 @@ std::vector<SectionSpec> pattern_sections() {
              template_body_keys},
         {"funnel", "[[funnel]]",
          "Four static plates about the z axis, named NAME_east, NAME_north, NAME_west, NAME_south, closed at "
-         "the "
-         "corners. Lengths are measured at their inner surfaces.",
+         "the corners. Lengths are measured at their inner surfaces. They collide as boxes, and are drawn up to where they "
+         "meet.",
          Keys{
              {"name", text, "", required_key, "beginning of the plates' names", any, ""},
              {"position", vector, "m", "[0, 0, 0]", "of the point on its axis from which heights count", any,

@@ -1,6 +1,7 @@
 #include "sim/scene/pattern.h"
 
 #include "sim/base/random.h"
+#include "sim/model/polytope.h"
 #include "sim/scene/body.h"
 #include "sim/scene/shape.h"
 
@@ -9,7 +10,9 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <numbers>
+#include <optional>
 
 namespace sim {
 
@@ -54,6 +57,24 @@ Plate east_plate(Section& section) {
     plate.half_extents = Vec3(length / 2.0, mouth / 2.0 + thickness, thickness / 2.0);
     plate.centre = (low + high) / 2.0 - normal * (thickness / 2.0);
     return plate;
+}
+
+/// What is drawn of the plate: up to the vertical planes through the funnel's edges, where it meets its neighbours.
+/// None of a plate that is all but a plane.
+std::optional<Shape> mitred(const Plate& plate) {
+    std::vector<Vec3> corners;
+    for (const double up : {-plate.half_extents.x(), plate.half_extents.x()}) {
+        for (const double through : {-plate.half_extents.z(), plate.half_extents.z()}) {
+            const double reach = (plate.centre + plate.axes * Vec3(up, 0.0, through)).x();
+            corners.push_back({up, -reach, through});
+            corners.push_back({up, reach, through});
+        }
+    }
+    std::optional<Polytope> polytope = convex_hull(corners);
+    if (!polytope) {
+        return std::nullopt;
+    }
+    return Hull{std::make_shared<const Polytope>(std::move(*polytope))};
 }
 
 /// The bodies that the places of a lattice take.
@@ -161,6 +182,7 @@ std::vector<BodyDef> read_funnel(const TextSource& source, const TreeNode& node,
     body.material = read_material(section);
     body.look = read_look(section);
     body.shape = Box{east.half_extents};
+    body.drawn = mitred(east);
 
     std::vector<BodyDef> plates;
     Mat3 turn = Mat3::Identity();
