@@ -178,9 +178,8 @@ TEST_F(slurm, the_first_task_that_fails_is_told_with_its_code_and_log) {
                     std::string(test::scene_text) +
                         "[[body]]\nname = \"heavy\"\nshape = { kind = \"box\", half_extents = [0.5, "
                         "0.5, 0.5] }\ndensity = 1e18\nposition = [0, 0, 2]\n");
-    const Outcome stops =
-        on_cluster("\"$TUMBLE\" run stops.toml --on slurm --slices 2 --duration 1 --quiet; code=$?\n"
-                   "squeue -h; exit $code");
+    const Outcome stops = on_cluster("\"$TUMBLE\" run stops.toml --on slurm --slices 2 --duration 1 --quiet "
+                                     "--set simulation.iteration_limit=1; code=$?\nsqueue -h; exit $code");
     EXPECT_EQ(stops.code, 5) << stops.err;
     EXPECT_EQ(stops.out, "") << "nothing is left in the queue";
     EXPECT_TRUE(stops.err.starts_with("tumble: stops, simulate (job ")) << stops.err;
