@@ -8,19 +8,8 @@ namespace {
 template <int N>
 void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change) {
     Visit<N> v(batch, sweep.points + batch.first);
-    Real a[8];
-    Real b[8];
-    gather(sweep.velocity, batch.a, a);
-    gather(sweep.velocity, batch.b, b);
-    const Real3 r_a = load3(batch.r_a);
-    const Real3 r_b = load3(batch.r_b);
-    const Real3 t1 = load3(batch.frame);
-    const Real3 t2 = load3(batch.frame + 3);
-    const Real3 n = load3(batch.frame + 6);
-    const Real3 u = Real3{a[0], a[1], a[2]} + cross({a[3], a[4], a[5]}, r_a) -
-                    (Real3{b[0], b[1], b[2]} + cross({b[3], b[4], b[5]}, r_b));
-    const Real3 w = Real3{a[3], a[4], a[5]} - Real3{b[3], b[4], b[5]};
-    v.twist = {{dot(t1, u), dot(t2, u), dot(n, u)}, {dot(t1, w), dot(t2, w), dot(n, w)}};
+    const Frame f = frame_of(batch);
+    v.twist = twist_of(sweep.velocity, batch, f);
     const Real zero = real(0.0);
     v.force = v.moment = {zero, zero, zero};
     v.change = zero;
@@ -41,12 +30,12 @@ void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change
         store(v.points[k].p_t[0], v.p_1[k]);
         store(v.points[k].p_t[1], v.p_2[k]);
     }
-    const Real3 p = v.force.x * t1 + v.force.y * t2 + v.force.z * n;
-    const Real3 moment = v.moment.x * t1 + v.moment.y * t2 + v.moment.z * n;
+    const Real3 p = v.force.x * f.t1 + v.force.y * f.t2 + v.force.z * f.n;
+    const Real3 moment = v.moment.x * f.t1 + v.moment.y * f.t2 + v.moment.z * f.n;
     push_bodies(sweep.velocity, batch.a, batch.moves_a,
-                Push(batch.inverse_mass_a, batch.inverse_inertia_a, r_a, p, moment));
+                Push(batch.inverse_mass_a, batch.inverse_inertia_a, load3(batch.r_a), p, moment));
     push_bodies(sweep.velocity, batch.b, batch.moves_b,
-                Push(batch.inverse_mass_b, batch.inverse_inertia_b, r_b, -p, -moment));
+                Push(batch.inverse_mass_b, batch.inverse_inertia_b, load3(batch.r_b), -p, -moment));
     store(change, v.change);
 }
 

@@ -1,6 +1,5 @@
 /// Frames, points and responses of eight blocks. Compiled once for each instruction set; KERNEL names it.
-#include "sim/base/lanes.h"
-#include "sim/block/batch.h"
+#include "sim/block/lane_twist.h"
 
 namespace sim {
 namespace {
@@ -17,20 +16,6 @@ LANES_INLINE Real3 tangent_of(const Real3& n) {
     const Mask by_y = abs(n.y) <= abs(n.z);
     const Real3 t = select(by_x, Real3{zero, n.z, -n.y}, select(by_y, Real3{-n.z, zero, n.x}, Real3{n.y, -n.x, zero}));
     return (1.0 / sqrt(dot(t, t))) * t;
-}
-
-/// Relative twist of the bodies before any impulse: u_1, u_2, w_n.
-LANES_INLINE Real3 twist_before(const double* velocity, const BlockBatch& batch, const Real3& t1, const Real3& t2,
-                                const Real3& n) {
-    Real a[8];
-    Real b[8];
-    gather(velocity, batch.a, a);
-    gather(velocity, batch.b, b);
-    const Real3 w_a{a[3], a[4], a[5]};
-    const Real3 w_b{b[3], b[4], b[5]};
-    const Real3 u = Real3{a[0], a[1], a[2]} + cross(w_a, load3(batch.r_a)) -
-                    (Real3{b[0], b[1], b[2]} + cross(w_b, load3(batch.r_b)));
-    return {dot(t1, u), dot(t2, u), dot(n, w_a - w_b)};
 }
 
 /// Masses, centre, frame and points of the blocks of a batch.
@@ -77,7 +62,8 @@ LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, 
     store3(batch.frame, t1);
     store3(batch.frame + 3, t2);
     store3(batch.frame + 6, n);
-    store3(batch.before, twist_before(preparation.velocity, batch, t1, t2, n));
+    const Twist before = twist_of(preparation.velocity, batch, {t1, t2, n});
+    store3(batch.before, {before.u.x, before.u.y, before.w.z});
     const Mask empty = ~lanes_of(points[0].there); // there nothing moves, and the equations have a solution
     store(batch.inverse_mass_a, select(empty, one, a[3]));
     store(batch.inverse_mass_b, select(empty, zero, b[3]));

@@ -1,8 +1,7 @@
 #pragma once
 /// One block in each lane, solved with all others held: eq. 1 to 6 for all points of the block at once.
 /// Included by block_kernel.cpp only, once for each instruction set.
-#include "sim/base/lanes.h"
-#include "sim/block/batch.h"
+#include "sim/block/lane_twist.h"
 
 namespace sim {
 namespace {
@@ -23,11 +22,6 @@ constexpr double inconsistent = 1e-10;
 constexpr double collinear = 1e-7;
 constexpr double infinity = __builtin_inf();
 
-/// Relative twist of the bodies of a block, in its frame: u_1 u_2 u_n w_1 w_2 w_n.
-struct Twist {
-    Real3 u, w;
-};
-
 /// A batch while it is solved.
 template <int N>
 struct Visit {
@@ -43,7 +37,7 @@ struct Visit {
     LANES_INLINE Real w(int i, int j) const {
         return i >= j ? load(batch.response[i * (i + 1) / 2 + j]) : load(batch.response[j * (j + 1) / 2 + i]);
     }
-    LANES_INLINE Real normal_velocity(int k, const Twist& t) const { return t.u.z + t.w.x * y[k] - t.w.y * x[k]; }
+    LANES_INLINE Real normal_velocity(int k, const Twist& t) const { return t.normal(x[k], y[k]); }
 
     /// (P_n, L_1, L_2) of normal impulses.
     LANES_INLINE Real3 normal_wrench(const Real* p) const {

@@ -1,6 +1,6 @@
 /// Resting contacts, eight blocks at a time: what they start from, their gaps at the predicted poses (eq. 8), what they
 /// store for the next interval. Compiled once for each instruction set; KERNEL names it.
-#include "sim/base/lanes.h"
+#include "sim/block/lane_twist.h"
 #include "sim/solve/rest_batch.h"
 
 namespace sim {
@@ -18,34 +18,6 @@ LANES_INLINE void gather_rows(double* const* from, int offset, Real rows[8]) {
 LANES_INLINE Mask nowhere() {
     return real(0.0) < 0.0;
 }
-
-/// The frame of the blocks of a batch.
-struct Frame {
-    Real3 t1, t2, n;
-    LANES_INLINE explicit Frame(const BlockBatch& batch)
-        : t1(load3(batch.frame)), t2(load3(batch.frame + 3)), n(load3(batch.frame + 6)) {}
-    LANES_INLINE Real3 world(const Real& x, const Real& y) const { return x * t1 + y * t2; }
-};
-
-/// Relative twist of the bodies: u_1 u_2 u_n, w_1 w_2 w_n.
-struct Twist {
-    Real3 u, w;
-    LANES_INLINE Twist(const double* velocity, const BlockBatch& batch, const Frame& f) {
-        Real a[8];
-        Real b[8];
-        gather(velocity, batch.a, a);
-        gather(velocity, batch.b, b);
-        const Real3 w_a{a[3], a[4], a[5]};
-        const Real3 w_b{b[3], b[4], b[5]};
-        const Real3 v = Real3{a[0], a[1], a[2]} + cross(w_a, load3(batch.r_a)) -
-                        (Real3{b[0], b[1], b[2]} + cross(w_b, load3(batch.r_b)));
-        u = {dot(f.t1, v), dot(f.t2, v), dot(f.n, v)};
-        w = {dot(f.t1, w_a - w_b), dot(f.t2, w_a - w_b), dot(f.n, w_a - w_b)};
-    }
-    LANES_INLINE Real normal(const Real& x, const Real& y) const { return u.z + w.x * y - w.y * x; }
-    LANES_INLINE Real tangential1(const Real& y) const { return u.x - w.z * y; }
-    LANES_INLINE Real tangential2(const Real& x) const { return u.y + w.z * x; }
-};
 
 /// Time [s] that the impulses of the interval stand for.
 LANES_INLINE Real impulse_interval(const Real& node_weight, double h) {
@@ -84,7 +56,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
     const double h = rules.h;
     const Real zero = real(0.0);
     const Real one = real(1.0);
-    const Frame f(batch);
+    const Frame f = frame_of(batch);
     Real last = zero;
     Mask touches = nowhere();
     for (int k = 0; k < batch.count; ++k) {
@@ -100,7 +72,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
     store(batch.node_weight, node_weight);
     const Real interval = impulse_interval(node_weight, h);
     const Real fall = fall_of(rules, batch, f.n);
-    const Twist twist(work.before, batch, f);
+    const Twist twist = twist_of(work.before, batch, f);
     Mask sticks = nowhere();
     for (int k = 0; k < batch.count; ++k) {
         RestPoint& r = rest[k];
@@ -162,7 +134,7 @@ LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const Bat
         force = force + Real3{p_1, p_2, p_n};
         turning = turning + Real3{p_n * y, -(p_n * x), x * p_2 - y * p_1};
     }
-    const Frame f(batch);
+    const Frame f = frame_of(batch);
     const Real3 p = f.world(force.x, force.y) + force.z * f.n;
     const Real3 moment = f.world(turning.x, turning.y) + turning.z * f.n;
     push_bodies(work.velocity, batch.a, batch.moves_a,
@@ -219,8 +191,8 @@ struct Edges {
 LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlock& block, BatchPoint* points,
                           const RestPoint* rest, unsigned lanes) {
     const double per_h = 1.0 / work.rules->h;
-    const Frame f(batch);
-    const Twist twist(work.velocity, batch, f);
+    const Frame f = frame_of(batch);
+    const Twist twist = twist_of(work.velocity, batch, f);
     const Motion a(work.end, batch.a);
     const Motion b(work.end, batch.b);
     // d of a point is linear in where it lies in the block.
@@ -301,8 +273,8 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
     const double h = rules.h;
     const Real zero = real(0.0);
     const Real one = real(1.0);
-    const Frame f(batch);
-    const Twist twist(work.velocity, batch, f);
+    const Frame f = frame_of(batch);
+    const Twist twist = twist_of(work.velocity, batch, f);
     Mask at_limit;
     const Mask lost = loses_mark(rules, batch, points, twist, at_limit);
     const Mask has_friction = load(batch.mu) > 0.0;
