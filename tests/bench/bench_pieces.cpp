@@ -157,7 +157,7 @@ void one_sweep(benchmark::State& state) {
     std::vector<sim::Velocity> velocity = bodies.velocity;
     for (auto _ : state) {
         loop.wake(); // as the first of a solve: neither extrapolated nor finished by Newton's method
-        benchmark::DoNotOptimize(loop.sweep(velocity, -1.0, 1e-3, 1));
+        benchmark::DoNotOptimize(loop.sweep(velocity, -1.0, 1e-3));
     }
     state.SetLabel("blocks " + std::to_string(loop.blocks.size()));
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(loop.points.size()));
