@@ -144,14 +144,8 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
         targets_.push_back({pair.material.restitution * approach.in_pass, approach.now});
     }
     const std::size_t place = loop_.blocks.size();
-    Block like;
-    like.a = pair.manifold.body_a;
-    like.b = pair.manifold.body_b;
-    like.pair = index;
-    like.mu_s = pair.material.mu_s;
-    like.mu_d = pair.material.mu_d;
     loop_.blocks.resize(place + block_count(std::span<const BlockContact>(loop_.contacts).subspan(first)));
-    loop_.split(place, first, loop_.contacts.size(), like);
+    loop_.split(place, first, loop_.contacts.size(), block_like(pair, index));
 }
 
 int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {

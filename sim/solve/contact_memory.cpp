@@ -53,6 +53,16 @@ void match_memory(PairContacts& pair, double reach) {
     }
 }
 
+Block block_like(const PairContacts& pair, int index) {
+    Block block;
+    block.a = pair.manifold.body_a;
+    block.b = pair.manifold.body_b;
+    block.pair = index;
+    block.mu_s = pair.material.mu_s;
+    block.mu_d = pair.material.mu_d;
+    return block;
+}
+
 void sum_up(PairContacts& pair) {
     pair.least_gap = std::numeric_limits<double>::infinity();
     pair.was_ahead = false;

@@ -51,6 +51,9 @@ inline void prefetch(const void* from, std::size_t size) {
 /// within `reach` [m].
 void match_memory(PairContacts& pair, double reach);
 
+/// A block of pair number `index`, without its contacts.
+Block block_like(const PairContacts& pair, int index);
+
 /// Sums up what the pair's contacts tell of it as a whole: the members after `material`.
 void sum_up(PairContacts& pair);
 

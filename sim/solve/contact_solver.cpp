@@ -60,17 +60,6 @@ constexpr int outer_limit = 12;
 /// What stands for a contact in lanes that have none.
 ContactMemory no_memory;
 
-/// A block of the pair, without its contacts.
-Block block_like(const PairContacts& pair, int index) {
-    Block block;
-    block.a = pair.manifold.body_a;
-    block.b = pair.manifold.body_b;
-    block.pair = index;
-    block.mu_s = pair.material.mu_s;
-    block.mu_d = pair.material.mu_d;
-    return block;
-}
-
 } // namespace
 
 void ContactSolver::set_rules(const StepSettings& settings, double h) {

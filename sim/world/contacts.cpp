@@ -364,7 +364,7 @@ int WorldState::repair() {
         changed.push_back(static_cast<int>(pairs.size()));
         pairs.push_back(std::move(pair));
     }
-    contact_solver.add_contacts(bodies, pairs, changed, at_node);
+    contact_solver.add_contacts(bodies, pairs, changed, after_collisions);
     return repaired;
 }
 

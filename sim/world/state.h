@@ -81,7 +81,6 @@ struct WorldState {
     void restart(std::span<const char> touched);
     double intervals_for_spin() const;
     double intervals_for_joints() const;
-    void check_mass_ratios(const char* stage) const;
     void plan(StepReport& report);
     std::int64_t work_left() const;
     void fall_short(StepReport& report, const Unsettled& unsettled) const;
@@ -128,8 +127,8 @@ struct WorldState {
     bool stopped_at_impact = false;       ///< the interval planned ends at one
 
     Bodies bodies;
-    std::vector<Velocity> at_node; ///< [body_count] velocities at the instant, after its collisions
-    std::span<const Velocity> velocity_at_node; ///< [body_count] with the impulses of the interval planned
+    std::vector<Velocity> after_collisions;     ///< [body_count] velocities at the instant, without what it plans
+    std::span<const Velocity> velocity_at_node; ///< [body_count] with the half of the impulses planned
     EnergyWatch energy;
     std::vector<Joint> joints;
     std::vector<BodyPair> jointed; ///< ascending: pairs that do not collide
@@ -142,7 +141,7 @@ struct WorldState {
     Vec3 search_drift = Vec3::Zero();   ///< [m] it went since then
     std::vector<Pose> searched_pose;    ///< in that frame, when each body's pairs were searched for
     std::vector<double> searched_reach; ///< [m] that each body may be away from there
-    std::vector<int> escaped;            ///< bodies whose pairs have to be searched for again
+    std::vector<int> escaped;           ///< bodies whose pairs have to be searched for again
     std::vector<Bounds> boxes;
     std::size_t searched_again = 0;    ///< bodies, one by one, since all were searched for
     std::vector<BodyPair> found_pairs; ///< by the last search
