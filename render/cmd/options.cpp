@@ -151,6 +151,13 @@ void add_strict_option(CLI::App& verb, Options& options) {
                   "Exit code 5 if a step ends above the tolerance or does not converge; the default where CI=true");
 }
 
+void add_accuracy_option(CLI::App& verb, Options& options) {
+    verb.add_option("--accuracy", options.accuracy,
+                    "Finds time step and tolerances: motion to this length, such as 1mm or 1e-5 (metres)")
+        ->type_name("LENGTH")
+        ->transform(quantity({{"", 1.0}, {"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}}));
+}
+
 void add_still_options(CLI::App& verb, Options& options) {
     verb.add_option("--poster", options.poster_time, "Also the frame at this time [s] as SCENE_poster.png")
         ->type_name("S")

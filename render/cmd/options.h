@@ -24,6 +24,7 @@ struct Options {
     std::string duration;                 ///< [s]
     std::string time_step;                ///< [s]
     std::string tolerance;                ///< [m]
+    double accuracy = 0.0;                ///< [m] that settings are to be found for; 0: the scene's hold
     std::string record_every;             ///< [steps]
     std::string crf;                      ///< of the film
     std::string camera;                   ///< name
@@ -75,6 +76,8 @@ void add_frame_options(CLI::App& verb, Options& options);
 void add_gl_option(CLI::App& verb, std::string& gl);
 /// --strict, the default where the environment says CI=true, and --no-strict.
 void add_strict_option(CLI::App& verb, Options& options);
+/// --accuracy.
+void add_accuracy_option(CLI::App& verb, Options& options);
 /// --poster, --sheet and --webp.
 void add_still_options(CLI::App& verb, Options& options);
 

@@ -1,5 +1,6 @@
 /// tumble run and tumble simulate: one scene after the other; within a scene, simulation, drawing, PNG and
 /// film each in a thread.
+#include "render/cmd/accuracy.h"
 #include "render/cmd/elsewhere.h"
 #include "render/cmd/options.h"
 #include "render/cmd/run_folder.h"
@@ -101,6 +102,9 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
     if (!summary.preset.preset.empty()) {
         line += preset_line(scene, summary);
     }
+    if (summary.accuracy.asked > 0.0) {
+        line += fmt::format("{}: {}\n", scene.name, accuracy_text(summary.accuracy, totals));
+    }
     std::fputs(line.c_str(), stdout);
     std::fflush(stdout);
 }
@@ -149,11 +153,15 @@ std::string run_slice(sim::SceneDef& scene, const fs::path& folder, const Option
     return simulation.missed_promise();
 }
 
-/// Returns the promise that was missed by most; empty if none was.
-std::string run_scene(sim::SceneDef& scene, const fs::path& folder, const Options& options,
+/// Returns the promise that was missed by most; empty if none was. input: file of the scene.
+std::string run_scene(const std::string& input, sim::SceneDef& scene, const fs::path& folder, const Options& options,
                       bool has_pictures) {
     const Clock::time_point start = Clock::now();
-    sim::World world(scene, thread_count(options)); // first: a scene that cannot start leaves no folder
+    const bool is_searched = options.accuracy > 0.0;
+    std::optional<sim::World> world; // first: a scene that cannot start leaves no folder
+    if (!is_searched) {
+        world.emplace(scene, thread_count(options));
+    }
     const Workplace workplace(folder, run_names(scene.name));
     const bool has_png = has_pictures && !options.no_png;
     const auto forget = [&] { forget_run(workplace, scene.name); };
@@ -174,13 +182,21 @@ std::string run_scene(sim::SceneDef& scene, const fs::path& folder, const Option
                                                                        .keep_frames = options.is_resumed,
                                                                        .write_bodies = options.has_body_ids});
     }
-    Simulation simulation(scene, std::move(world), film.get());
-    simulation.record_to(folder / trajectory_name);
-    work(simulation, film.get(), {0, frame_count_of(scene)}, scene.name, workplace, progress_style(options));
+    std::unique_ptr<Simulation> simulation;
+    sim::AccuracyResult accuracy;
+    if (is_searched) {
+        simulation = simulate_to_accuracy(input, scene, options, workplace, accuracy);
+        simulation->finish_record();
+    } else {
+        simulation = std::make_unique<Simulation>(scene, std::move(*world), film.get());
+        simulation->record_to(folder / trajectory_name);
+        work(*simulation, film.get(), {0, frame_count_of(scene)}, scene.name, workplace, progress_style(options));
+    }
 
-    sim::Summary summary = simulation.summary();
+    sim::Summary summary = simulation->summary();
     summary.threads = thread_count(options);
-    summary.preset = preset_result(scene, simulation, options);
+    summary.preset = preset_result(scene, *simulation, options);
+    summary.accuracy = std::move(accuracy);
     summary.files.push_back(sim::describe_file(folder, trajectory_name));
     if (has_png) {
         summary.files.push_back(sim::describe_file(folder, run_record_name));
@@ -197,11 +213,32 @@ std::string run_scene(sim::SceneDef& scene, const fs::path& folder, const Option
     if (!options.is_quiet) {
         print_result(scene, summary, has_pictures, folder);
     }
-    return simulation.missed_promise();
+    return summary.accuracy.outcome == "missed" ? accuracy_text(summary.accuracy, summary.totals)
+                                                 : simulation->missed_promise();
+}
+
+/// The film of a simulation that is already there.
+void draw(const fs::path& folder, const Options& options) {
+    Options drawing;
+    drawing.inputs = {(folder / trajectory_name).string()};
+    drawing.no_video = options.no_video;
+    drawing.no_png = options.no_png;
+    drawing.poster_time = options.poster_time;
+    drawing.sheet_count = options.sheet_count;
+    drawing.has_animation = options.has_animation;
+    drawing.has_body_ids = options.has_body_ids;
+    drawing.gl = options.gl;
+    drawing.is_portable = options.is_portable;
+    drawing.is_quiet = options.is_quiet;
+    drawing.progress = options.progress;
+    render_trajectory(drawing);
 }
 
 void run_all(const Options& options, bool has_pictures) {
     render::configure_gl(options.is_portable);
+    if (options.accuracy > 0.0) {
+        require_no_settings(options);
+    }
     // All are read before the first is run: a mistake in the last one shows at once.
     const fs::path out = options.out.empty() ? "out" : options.out;
     std::vector<sim::SceneDef> scenes;
@@ -227,9 +264,16 @@ void run_all(const Options& options, bool has_pictures) {
         return;
     }
     std::string missed; // of all scenes: each is run
-    for (sim::SceneDef& scene : scenes) {
-        const std::string promise = options.frames.empty() ? run_scene(scene, out / scene.name, options, has_pictures)
-                                                           : run_slice(scene, out / scene.name, options);
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+        sim::SceneDef& scene = scenes[i];
+        const fs::path folder = out / scene.name;
+        const bool draws_later = has_pictures && options.accuracy > 0.0;
+        const std::string promise =
+            options.frames.empty() ? run_scene(options.inputs[i], scene, folder, options, has_pictures && !draws_later)
+                                   : run_slice(scene, folder, options);
+        if (draws_later) {
+            draw(folder, options);
+        }
         if (!promise.empty()) {
             missed += (missed.empty() ? "" : "; ") + scene.name + ": " + promise;
         }

@@ -44,6 +44,11 @@ void Simulation::restrict_to(const FrameRange& frames) {
     last_step_ = last.step + (last.share > 0.0 ? 1 : 0);
 }
 
+void Simulation::keep_states(std::int64_t steps_between, int count) {
+    steps_between_ = steps_between;
+    kept_count_ = static_cast<std::size_t>(count);
+}
+
 void Simulation::advance(const render::ThreadGroup& threads) {
     summary_.start = sim::mechanics(scene_, world_.take_snapshot());
     if (!record_state()) {
@@ -69,8 +74,15 @@ void Simulation::advance(const render::ThreadGroup& threads) {
     summary_.end = sim::mechanics(scene_, last);
     summary_.state_hash = sim::state_hash(last);
     summary_.simulated_time = world_.time();
+    if (steps_between_ == 0) {
+        finish_record();
+    }
+}
+
+void Simulation::finish_record() {
     if (trajectory_) {
         trajectory_->finish();
+        trajectory_.reset();
     }
 }
 
@@ -129,6 +141,9 @@ bool Simulation::is_shown_now(std::int64_t frame) const {
 
 bool Simulation::record_state() {
     const std::int64_t step = world_.step_index();
+    if (steps_between_ > 0 && step % steps_between_ == 0 && kept_states_.size() < kept_count_) {
+        kept_states_.push_back(world_.take_snapshot());
+    }
     std::int64_t next = next_frame_;
     while (next < frames_.end && is_shown_now(next)) {
         ++next;

@@ -13,6 +13,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace cmd {
 
@@ -26,11 +28,17 @@ public:
 
     /// All states are recorded in `path` too. Throws Error (io).
     void record_to(const std::filesystem::path& path) { trajectory_.emplace(path, scene_, contacts_); }
+    /// The states of every so many steps are kept, `count` of them, the start being the first; the record gets its name by
+    /// finish_record() then.
+    void keep_states(std::int64_t steps_between, int count);
     /// The film begins with the first of these frames, and the simulation ends with the last of them.
     void restrict_to(const FrameRange& frames);
 
     /// The thread's work: all steps, or as many as are made until the group stops. Throws Error.
     void advance(const render::ThreadGroup& threads);
+
+    /// Gives the record its name, once advance() has returned. Throws Error (io).
+    void finish_record();
 
     std::int64_t steps_done() const { return steps_done_; }
     std::int64_t last_step() const { return last_step_; }
@@ -43,6 +51,7 @@ public:
     double processor_time() const { return processor_time_; }
     /// The states that the frames show, of a scene that names a law: at its instants error is measured.
     const std::vector<sim::Snapshot>& law_states() const { return law_states_; }
+    std::vector<sim::Snapshot> take_kept_states() { return std::move(kept_states_); }
 
 private:
     /// A step that missed what the scene asks for.
@@ -76,6 +85,9 @@ private:
     sim::Unsettled unsettled_; ///< where
     bool is_out_of_work_ = false;
     std::vector<sim::Snapshot> law_states_;
+    std::int64_t steps_between_ = 0; ///< of kept states; 0: none are kept
+    std::size_t kept_count_ = 0;
+    std::vector<sim::Snapshot> kept_states_;
     double processor_time_ = 0.0;
     std::atomic<std::int64_t> steps_done_ = 0;
 };

@@ -60,6 +60,7 @@ constexpr Example examples[] = {
     {"run", "tumble run coin --set output.speed=0.25", "slow motion"},
     {"run", "tumble run film.toml --size 1080x1920", "upright, for a phone"},
     {"simulate", "tumble simulate funnel --time-step 1/500", "trajectory and summary only"},
+    {"simulate", "tumble simulate office_toy --accuracy 1mm", "settings are found, and what error is left is said"},
     {"render", "tumble render out/funnel --camera top", "another view without simulating again"},
     {"render", "tumble render out/funnel --frames 0:180", "half of the film, for tumble join"},
     {"join", "tumble join out/funnel other/funnel", "the film of frames drawn in two folders"},
@@ -168,9 +169,11 @@ int run_program(int argc, char** argv) {
     cmd::add_frame_options(*run, options);
     cmd::add_still_options(*run, options);
     cmd::add_strict_option(*run, options);
+    cmd::add_accuracy_option(*run, options);
     scenes(run, cmd::run_scenes);
     CLI::App* simulate = add_verb(app, "simulate", "No pictures: trajectory and summary", options, everything);
     cmd::add_strict_option(*simulate, options);
+    cmd::add_accuracy_option(*simulate, options);
     scenes(simulate, cmd::simulate_scenes);
     CLI::App* render =
         add_verb(app, "render", "Pictures and film of an earlier simulation", options, only_output);

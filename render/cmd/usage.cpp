@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <string_view>
 
 namespace cmd {
@@ -75,6 +76,26 @@ CLI::Validator whole_number(long least, long most) {
 
 CLI::Validator number_from(double least, double most) {
     return number_between(least, most, "a number");
+}
+
+CLI::Validator quantity(std::vector<std::pair<std::string, double>> units) {
+    const auto convert = [units = std::move(units)](std::string& text) {
+        double value = 0.0;
+        const char* const last = text.data() + text.size();
+        const auto [end, error] = std::from_chars(text.data(), last, value);
+        const auto unit = std::ranges::find(units, std::string(end, last), &std::pair<std::string, double>::first);
+        if (error != std::errc() || !(value > 0.0) || !std::isfinite(value) || unit == units.end()) {
+            std::vector<std::string> words;
+            for (const auto& [word, factor] : units) {
+                words.push_back(word);
+            }
+            return fmt::format("'{}': expected a number > 0 with one of the units {}, or {} without", text,
+                               fmt::join(words.begin() + 1, words.end(), ", "), words[1]);
+        }
+        text = fmt::format("{}", value * unit->second);
+        return std::string();
+    };
+    return CLI::Validator(convert, "");
 }
 
 CLI::Validator one_of(std::vector<std::string> words) {

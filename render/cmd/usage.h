@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cmd {
@@ -11,7 +12,9 @@ namespace cmd {
 /// For Option::check(): whole numbers, or numbers, from least to most.
 CLI::Validator whole_number(long least, long most);
 CLI::Validator number_from(double least, double most);
-/// The same: one of these words.
+/// For Option::transform(): a number > 0 and one of these units, "" among them, becomes the number in the first of them.
+CLI::Validator quantity(std::vector<std::pair<std::string, double>> units);
+/// For Option::check(): one of these words.
 CLI::Validator one_of(std::vector<std::string> words);
 
 /// The message of an error that parsing has thrown. argv: as given to main.

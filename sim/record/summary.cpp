@@ -75,6 +75,21 @@ Json preset_json(const SceneDef& scene, const Summary& summary) {
               {"overlap_m", summary.totals.max_penetration}}}};
 }
 
+Json accuracy_json(const AccuracyResult& result) {
+    Json runs = Json::array();
+    for (const AccuracyResult::Run& run : result.runs) {
+        runs.push_back({{"time_step", to_text(run.time_step)},
+                        {"tolerance_m", run.tolerance},
+                        {"difference_m", run.difference},
+                        {"determined_until_s", run.determined_until},
+                        {"mean_difference_m", run.mean_difference},
+                        {"stopped", run.stopped}});
+    }
+    return {{"asked_m", result.asked},     {"outcome", result.outcome},
+            {"estimate_m", result.estimate}, {"order", result.order},
+            {"processor_time_s", result.processor_time}, {"runs", runs}};
+}
+
 Json files_json(const std::vector<WrittenFile>& files) {
     Json json = Json::array();
     for (const WrittenFile& file : files) {
@@ -159,6 +174,9 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
     set_pictures(json, summary);
     if (!summary.preset.preset.empty()) {
         json["preset"] = preset_json(scene, summary);
+    }
+    if (summary.accuracy.asked > 0.0) {
+        json["accuracy"] = accuracy_json(summary.accuracy);
     }
     return text_of(json);
 }

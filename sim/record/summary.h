@@ -45,6 +45,24 @@ struct PresetResult {
     double cost_reached = 0.0;
 };
 
+/// What a run that was asked for an accuracy found.
+struct AccuracyResult {
+    struct Run {
+        Rational time_step{};          ///< [s]
+        double tolerance = 0.0;        ///< [m]
+        double difference = 0.0;       ///< [m] from the run before, root mean square over bodies and instants
+        double determined_until = 0.0; ///< [s] no body differs by more than asked up to then
+        double mean_difference = 0.0;  ///< [m] largest of the common centre of mass
+        std::string stopped{};         ///< why it has no motion; empty: it has
+    };
+    double asked = 0.0;          ///< [m]; 0: none was
+    std::string outcome{};       ///< reached, chaotic, missed
+    double estimate = 0.0;       ///< [m] of what is left
+    double order = 0.0;          ///< of convergence [-]
+    double processor_time = 0.0; ///< [s] of all runs
+    std::vector<Run> runs{};
+};
+
 /// Everything a run reports.
 struct Summary {
     StepTotals totals;
@@ -59,6 +77,7 @@ struct Summary {
     std::string processor;        ///< what the bytes of pictures depend on
     std::vector<std::pair<std::string, double>> picture_ms; ///< processor time of a frame [ms] by stage
     PresetResult preset;
+    AccuracyResult accuracy;
     std::vector<WrittenFile> files;
 };
 

@@ -1,0 +1,54 @@
+/// tumble run and simulate with --accuracy.
+#include "tests/program/program_fixture.h"
+
+namespace {
+
+using test::Outcome;
+
+class Accuracy : public test::Program {};
+
+TEST_F(Accuracy, is_found_and_the_film_is_that_of_the_settings_found) {
+    const Outcome found = tumble("run block.toml --accuracy 1mm");
+    ASSERT_EQ(found.code, 0) << found.err;
+    EXPECT_NE(found.out.find("block: accuracy 0.001 m: about "), std::string::npos) << found.out;
+    const std::string summary = bytes("out/block/summary.json");
+    EXPECT_NE(summary.find("\"outcome\": \"reached\""), std::string::npos) << summary;
+    EXPECT_NE(summary.find("\"asked_m\": 0.001"), std::string::npos) << summary;
+    // The same settings by hand.
+    const std::size_t begin = summary.find("\"overrides\": [");
+    std::string settings = summary.substr(begin, summary.find(']', begin) - begin);
+    std::string by_hand = "run block.toml --out hand --quiet";
+    for (std::size_t at = settings.find("\"simulation."); at != std::string::npos; at = settings.find("\"simulation.", at + 1)) {
+        std::string line = settings.substr(at + 1, settings.find('\n', at) - at - 1);
+        line = line.substr(0, line.rfind('"'));
+        for (std::size_t slash = line.find('\\'); slash != std::string::npos; slash = line.find('\\')) {
+            line.erase(slash, 1);
+        }
+        by_hand += " --set '" + line + "'";
+    }
+    ASSERT_EQ(tumble(by_hand).code, 0) << by_hand;
+    for (const char* file : {"trajectory.h5", "block.mp4", "frames/frame_000007.png"}) {
+        EXPECT_EQ(bytes(std::string("out/block/") + file), bytes(std::string("hand/block/") + file)) << file;
+    }
+}
+
+TEST_F(Accuracy, goes_with_nothing_that_it_finds_itself) {
+    for (const auto& [options, word] :
+         {std::pair("--tolerance 1e-5", "--tolerance"), std::pair("--time-step 1/100", "--time-step"),
+          std::pair("--preset accurate", "a preset"), std::pair("--set simulation.impacts=stop", "simulation.impacts"),
+          std::pair("--frames 0:2", "--frames"), std::pair("--resume", "--resume")}) {
+        const Outcome refused = tumble(std::string("run block.toml --accuracy 1mm ") + options);
+        EXPECT_EQ(refused.code, 2) << refused.err;
+        EXPECT_NE(refused.err.find(word), std::string::npos) << refused.err;
+        EXPECT_TRUE(refused.err.starts_with("tumble: --accuracy ")) << refused.err;
+    }
+    for (const char* length : {"1ft", "0", "-1mm", "mm", "1e999", "nan"}) {
+        const Outcome refused = tumble(std::string("simulate block.toml --accuracy ") + length);
+        EXPECT_EQ(refused.code, 2) << length;
+        EXPECT_NE(refused.err.find("expected a number > 0 with one of the units m, cm, mm, um"), std::string::npos)
+            << refused.err;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << "nothing was made";
+}
+
+} // namespace
