@@ -56,8 +56,9 @@ sim::AccuracyResult result_of(const study::AccuracySearch& search, double proces
 } // namespace
 
 void require_no_settings(const Options& options) {
-    const auto refuse = [](const std::string& other, const char* why) {
-        throw Error(ExitCode::usage, fmt::format("--accuracy {}: not with {}", why, other));
+    const auto refuse = [&](const std::string& other, const char* why) {
+        throw Error(ExitCode::usage,
+                    fmt::format("{} {}: not with {}", options.accuracy > 0.0 ? "--accuracy" : "--budget", why, other));
     };
     constexpr const char* finds = "finds time step, tolerances and the handling of impacts itself";
     for (const std::string& assignment : options.assignments) {
@@ -65,6 +66,9 @@ void require_no_settings(const Options& options) {
         if (std::ranges::find(keys_found, key) != keys_found.end()) {
             refuse("--set " + key, finds);
         }
+    }
+    if (options.accuracy > 0.0 && options.budget > 0.0) {
+        refuse("--budget", finds);
     }
     if (!options.time_step.empty() || !options.tolerance.empty() || !simulation_preset(options).empty()) {
         refuse(!options.time_step.empty() ? "--time-step" : !options.tolerance.empty() ? "--tolerance"

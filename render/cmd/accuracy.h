@@ -10,7 +10,7 @@
 
 namespace cmd {
 
-/// Throws Error (usage) if other options set what --accuracy finds, or what it cannot go with.
+/// Throws Error (usage) if other options set what --accuracy or --budget finds, or what these cannot go with.
 void require_no_settings(const Options& options);
 
 /// Simulates the scene again and again, see study::AccuracySearch; each run is recorded in the workplace, and the

@@ -151,11 +151,15 @@ void add_strict_option(CLI::App& verb, Options& options) {
                   "Exit code 5 if a step ends above the tolerance or does not converge; the default where CI=true");
 }
 
-void add_accuracy_option(CLI::App& verb, Options& options) {
+void add_search_options(CLI::App& verb, Options& options) {
     verb.add_option("--accuracy", options.accuracy,
                     "Finds time step and tolerances: motion to this length, such as 1mm or 1e-5 (metres)")
         ->type_name("LENGTH")
         ->transform(quantity({{"", 1.0}, {"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}}));
+    verb.add_option("--budget", options.budget,
+                    "Finds the most accurate settings and the best pictures for this time, such as 30s or 5min")
+        ->type_name("TIME")
+        ->transform(quantity({{"", 1.0}, {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}}));
 }
 
 void add_still_options(CLI::App& verb, Options& options) {
@@ -224,14 +228,14 @@ std::string one_preset(const Options& options, bool (*is_meant)(const std::strin
     return found;
 }
 
+} // namespace
+
 std::string picture_preset(const Options& options) {
     const std::string word =
         one_preset(options, [](const std::string& w) { return w == "draft" || w == "final"; });
     const bool is_standard = std::ranges::find(options.presets, "standard") != options.presets.end();
     return word.empty() && is_standard ? "standard" : word;
 }
-
-} // namespace
 
 std::string simulation_preset(const Options& options) {
     const std::string word =

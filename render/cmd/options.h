@@ -25,6 +25,7 @@ struct Options {
     std::string time_step;                ///< [s]
     std::string tolerance;                ///< [m]
     double accuracy = 0.0;                ///< [m] that settings are to be found for; 0: the scene's hold
+    double budget = 0.0;                  ///< [s] wall time that settings are to be found for; 0: the scene's hold
     std::string record_every;             ///< [steps]
     std::string crf;                      ///< of the film
     std::string camera;                   ///< name
@@ -42,6 +43,7 @@ struct Options {
     bool has_body_ids = false; ///< which body each pixel shows, beside the frames
     std::string gl;            ///< what draws; empty: what the scene says
     bool is_portable = false;  ///< pictures as processors without fused multiply-add draw them
+    bool is_estimated = false; ///< what a run will cost is told
     bool is_strict = false;    ///< a promise that was missed is no success
     Placement placement; ///< of the work
     bool is_quiet = false;
@@ -76,8 +78,8 @@ void add_frame_options(CLI::App& verb, Options& options);
 void add_gl_option(CLI::App& verb, std::string& gl);
 /// --strict, the default where the environment says CI=true, and --no-strict.
 void add_strict_option(CLI::App& verb, Options& options);
-/// --accuracy.
-void add_accuracy_option(CLI::App& verb, Options& options);
+/// --accuracy and --budget.
+void add_search_options(CLI::App& verb, Options& options);
 /// --poster, --sheet and --webp.
 void add_still_options(CLI::App& verb, Options& options);
 
@@ -86,6 +88,9 @@ render::StillsSettings stills_of(const Options& options);
 
 /// The changes as assignments to scene keys, in the order --set, then the others. Throws Error (usage).
 std::vector<std::string> overrides_of(const Options& options);
+
+/// The preset of the pictures that was asked for by name; empty if none was. Throws Error (usage).
+std::string picture_preset(const Options& options);
 
 /// The preset of the simulation that was asked for by name; empty if none was. Throws Error (usage).
 std::string simulation_preset(const Options& options);

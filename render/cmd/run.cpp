@@ -1,6 +1,7 @@
 /// tumble run and tumble simulate: one scene after the other; within a scene, simulation, drawing, PNG and
 /// film each in a thread.
 #include "render/cmd/accuracy.h"
+#include "render/cmd/budget.h"
 #include "render/cmd/elsewhere.h"
 #include "render/cmd/options.h"
 #include "render/cmd/run_folder.h"
@@ -105,6 +106,9 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
     if (summary.accuracy.asked > 0.0) {
         line += fmt::format("{}: {}\n", scene.name, accuracy_text(summary.accuracy, totals));
     }
+    if (const sim::BudgetResult& budget = summary.budget; budget.asked > 0.0) {
+        line += fmt::format("{}: took {:.3g} s of {:g} s\n", scene.name, budget.measuring + summary.wall_time, budget.asked);
+    }
     std::fputs(line.c_str(), stdout);
     std::fflush(stdout);
 }
@@ -153,10 +157,18 @@ std::string run_slice(sim::SceneDef& scene, const fs::path& folder, const Option
     return simulation.missed_promise();
 }
 
-/// Returns the promise that was missed by most; empty if none was. input: file of the scene.
-std::string run_scene(const std::string& input, sim::SceneDef& scene, const fs::path& folder, const Options& options,
-                      bool has_pictures) {
+/// A scene to be run.
+struct Task {
+    std::string input; ///< its file
+    sim::SceneDef scene;
+    fs::path folder;
+    sim::BudgetResult budget{};
+};
+
+/// Returns the promise that was missed by most; empty if none was.
+std::string run_scene(Task& task, const Options& options, bool has_pictures) {
     const Clock::time_point start = Clock::now();
+    auto& [input, scene, folder, budget] = task;
     const bool is_searched = options.accuracy > 0.0;
     std::optional<sim::World> world; // first: a scene that cannot start leaves no folder
     if (!is_searched) {
@@ -197,6 +209,7 @@ std::string run_scene(const std::string& input, sim::SceneDef& scene, const fs::
     summary.threads = thread_count(options);
     summary.preset = preset_result(scene, *simulation, options);
     summary.accuracy = std::move(accuracy);
+    summary.budget = budget;
     summary.files.push_back(sim::describe_file(folder, trajectory_name));
     if (has_png) {
         summary.files.push_back(sim::describe_file(folder, run_record_name));
@@ -236,7 +249,7 @@ void draw(const fs::path& folder, const Options& options) {
 
 void run_all(const Options& options, bool has_pictures) {
     render::configure_gl(options.is_portable);
-    if (options.accuracy > 0.0) {
+    if (options.accuracy > 0.0 || options.budget > 0.0) {
         require_no_settings(options);
     }
     // All are read before the first is run: a mistake in the last one shows at once.
@@ -265,17 +278,23 @@ void run_all(const Options& options, bool has_pictures) {
     }
     std::string missed; // of all scenes: each is run
     for (std::size_t i = 0; i < scenes.size(); ++i) {
-        sim::SceneDef& scene = scenes[i];
-        const fs::path folder = out / scene.name;
         const bool draws_later = has_pictures && options.accuracy > 0.0;
-        const std::string promise =
-            options.frames.empty() ? run_scene(options.inputs[i], scene, folder, options, has_pictures && !draws_later)
-                                   : run_slice(scene, folder, options);
+        Task task{options.inputs[i], scenes[i], out / scenes[i].name};
+        if (options.budget > 0.0) {
+            task.scene = scene_within_budget(task.input, options, has_pictures, task.budget);
+            if (!options.is_quiet) {
+                std::puts(budget_text(task.scene, task.budget).c_str());
+                std::fflush(stdout);
+            }
+        }
+        const std::string promise = options.frames.empty()
+                                        ? run_scene(task, options, has_pictures && !draws_later)
+                                        : run_slice(task.scene, task.folder, options);
         if (draws_later) {
-            draw(folder, options);
+            draw(task.folder, options);
         }
         if (!promise.empty()) {
-            missed += (missed.empty() ? "" : "; ") + scene.name + ": " + promise;
+            missed += (missed.empty() ? "" : "; ") + task.scene.name + ": " + promise;
         }
     }
     if (options.is_strict && !missed.empty()) {

@@ -61,6 +61,7 @@ constexpr Example examples[] = {
     {"run", "tumble run film.toml --size 1080x1920", "upright, for a phone"},
     {"simulate", "tumble simulate funnel --time-step 1/500", "trajectory and summary only"},
     {"simulate", "tumble simulate office_toy --accuracy 1mm", "settings are found, and what error is left is said"},
+    {"run", "tumble run funnel --budget 2min", "the best settings and pictures for that time"},
     {"render", "tumble render out/funnel --camera top", "another view without simulating again"},
     {"render", "tumble render out/funnel --frames 0:180", "half of the film, for tumble join"},
     {"join", "tumble join out/funnel other/funnel", "the film of frames drawn in two folders"},
@@ -169,11 +170,11 @@ int run_program(int argc, char** argv) {
     cmd::add_frame_options(*run, options);
     cmd::add_still_options(*run, options);
     cmd::add_strict_option(*run, options);
-    cmd::add_accuracy_option(*run, options);
+    cmd::add_search_options(*run, options);
     scenes(run, cmd::run_scenes);
     CLI::App* simulate = add_verb(app, "simulate", "No pictures: trajectory and summary", options, everything);
     cmd::add_strict_option(*simulate, options);
-    cmd::add_accuracy_option(*simulate, options);
+    cmd::add_search_options(*simulate, options);
     scenes(simulate, cmd::simulate_scenes);
     CLI::App* render =
         add_verb(app, "render", "Pictures and film of an earlier simulation", options, only_output);
@@ -187,9 +188,10 @@ int run_program(int argc, char** argv) {
     cmd::add_still_options(*join, options);
     cmd::add_progress_options(*join, options);
     join->final_callback([&options] { cmd::join_frames(options); });
-    scenes(
-        add_verb(app, "check", "Read and validate only; print what the scene contains", options, everything),
-        cmd::check_scenes);
+    CLI::App* check =
+        add_verb(app, "check", "Read and validate only; print what the scene contains", options, everything);
+    check->add_flag("--estimate", options.is_estimated, "Also time, disk and memory of a run, from a pilot of a second");
+    scenes(check, cmd::check_scenes);
     add_other_verbs(app, options);
 
     cmd::SideBySideOptions panels;

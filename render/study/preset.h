@@ -20,6 +20,10 @@ inline constexpr std::array<const char*, 3> preset_names{"preview", "standard", 
 /// Moving bodies up to which `accurate` stops at impacts: each costs a solve of its own.
 inline constexpr int most_that_stop = 32;
 
+/// The scene with its time step times `time`, its tolerances in step with it: ten times at four times the step, as the presets
+/// have it. "dotted.key=value".
+std::vector<std::string> scaled_settings(const sim::SceneDef& scene, const sim::Rational& time);
+
 std::optional<Preset> find_preset(std::string_view name);
 
 /// What a preset sets of a scene: "dotted.key=value".

@@ -178,6 +178,12 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
     if (summary.accuracy.asked > 0.0) {
         json["accuracy"] = accuracy_json(summary.accuracy);
     }
+    if (const BudgetResult& budget = summary.budget; budget.asked > 0.0) {
+        json["budget"] = {{"asked_s", budget.asked},
+                          {"expected_s", budget.expected},
+                          {"measuring_s", budget.measuring},
+                          {"pictures", budget.pictures}};
+    }
     return text_of(json);
 }
 

@@ -63,6 +63,14 @@ struct AccuracyResult {
     std::vector<Run> runs{};
 };
 
+/// What a run that was given a time found.
+struct BudgetResult {
+    double asked = 0.0;     ///< [s] wall time of it all; 0: none was
+    double expected = 0.0;  ///< [s] of the run
+    double measuring = 0.0; ///< [s] that it took to find out, before the run
+    std::string pictures{}; ///< preset chosen; empty: none was to be
+};
+
 /// Everything a run reports.
 struct Summary {
     StepTotals totals;
@@ -78,6 +86,7 @@ struct Summary {
     std::vector<std::pair<std::string, double>> picture_ms; ///< processor time of a frame [ms] by stage
     PresetResult preset;
     AccuracyResult accuracy;
+    BudgetResult budget;
     std::vector<WrittenFile> files;
 };
 

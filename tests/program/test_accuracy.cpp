@@ -1,4 +1,4 @@
-/// tumble run and simulate with --accuracy.
+/// tumble run and simulate with --accuracy and --budget; check --estimate.
 #include "tests/program/program_fixture.h"
 
 namespace {
@@ -48,6 +48,43 @@ TEST_F(Accuracy, goes_with_nothing_that_it_finds_itself) {
         EXPECT_NE(refused.err.find("expected a number > 0 with one of the units m, cm, mm, um"), std::string::npos)
             << refused.err;
     }
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << "nothing was made";
+}
+
+TEST_F(Accuracy, a_budget_is_kept_by_settings_that_are_said) {
+    const Outcome run = shell("mkdir scratch; TMPDIR=scratch \"$TUMBLE\" run block.toml --budget 1min");
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_TRUE(run.out.starts_with("block: 60 s allow steps of 1/")) << run.out;
+    EXPECT_NE(run.out.find(" and pictures of the preset "), std::string::npos) << run.out;
+    EXPECT_NE(run.out.find(" s of 60 s\n"), std::string::npos) << run.out;
+    const std::string summary = bytes("out/block/summary.json");
+    EXPECT_NE(summary.find("\"asked_s\": 60"), std::string::npos) << summary;
+    EXPECT_NE(summary.find("simulation.time_step="), std::string::npos) << "the same run again, by hand";
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "scratch"));
+
+    const Outcome draft = tumble("run block.toml --budget 1min --preset draft --out draft");
+    ASSERT_EQ(draft.code, 0) << draft.err;
+    EXPECT_EQ(draft.out.find("pictures of the preset"), std::string::npos) << "chosen already: " << draft.out;
+}
+
+TEST_F(Accuracy, a_budget_that_is_too_little_says_what_it_would_take) {
+    const Outcome outcome = tumble("run block.toml --budget 0.2s");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_TRUE(outcome.err.starts_with("tumble: block: --budget 0.2 s is too little: the coarsest settings and the "
+                                        "cheapest pictures take about "))
+        << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << "nothing was made";
+    EXPECT_EQ(tumble("run block.toml --budget 1s --accuracy 1mm").code, 2);
+    EXPECT_NE(tumble("run block.toml --budget 1s --resume").err.find("--budget "), std::string::npos);
+    EXPECT_NE(tumble("run block.toml --budget soon").err.find("units s, min, h"), std::string::npos);
+}
+
+TEST_F(Accuracy, check_estimates_time_disk_and_memory) {
+    const Outcome outcome = tumble("check block.toml --estimate");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("block: estimate, of a pilot that simulated 100 % of it: simulation "), std::string::npos)
+        << outcome.out;
+    EXPECT_NE(outcome.out.find(" MB of memory\n"), std::string::npos) << outcome.out;
     EXPECT_FALSE(std::filesystem::exists(folder / "out")) << "nothing was made";
 }
 
