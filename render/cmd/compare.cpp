@@ -59,7 +59,12 @@ diff::Settings compare_settings(const CompareOptions& options) {
         diff::add_to_mask(mask, settings.pair.accepted, settings.pair.mask);
     }
     settings.pair.ignored_bodies = options.ignored_bodies;
-    if (!options.limits.empty()) {
+    if (options.calibrates) {
+        for (diff::Limit& limit : settings.pair.limits.of) {
+            limit = {diff::any_pixels, "calibration"}; // all is measured
+        }
+    }
+    if (!options.limits.empty() && !options.calibrates) {
         settings.pair.limits = diff::read_limits(options.limits);
     }
     return settings;
@@ -181,7 +186,7 @@ int compare(const CompareOptions& options, const std::string& command, const dif
     result.reference = options.reference;
     result.candidate = options.candidate;
     if (options.calibrates) {
-        std::fputs(diff::proposed_limits(comparison, settings.pair.limits).c_str(), stdout);
+        std::fputs(diff::proposed_limits(comparison, options.limits.empty() ? diff::Limits() : diff::read_limits(options.limits)).c_str(), stdout);
         return static_cast<int>(ExitCode::good);
     }
     if (!options.report.empty()) {

@@ -142,9 +142,7 @@ public:
         for (std::vector<std::int32_t>& channel : cells_) {
             channel.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
         }
-        flat_.fill(static_cast<std::int64_t>(width_) * height_);
         sums_.resize(row_bytes(picture));
-        busy_.resize(row_bytes(picture));
     }
 
     /// Rows ascend.
@@ -159,7 +157,7 @@ public:
         std::uint8_t* spread = spread_.data();
         subtract(range_a.high.data(), range_a.low.data(), n, spread);
         raise_difference(range_b.high.data(), range_b.low.data(), n, spread);
-        add(a, b, spread, n, sums_.data(), busy_.data());
+        add(a, b, spread, n, sums_.data());
     }
 
     /// After the last row.
@@ -167,25 +165,15 @@ public:
         for (std::size_t i = 0; i < sums_.size(); ++i) {
             const std::size_t column = i / (std::size_t{drift_cell} * 3);
             cells_[i % 3][static_cast<std::size_t>(band_ * columns_) + column] += sums_[i];
-            flat_[i % 3] -= busy_[i];
         }
         std::fill(sums_.begin(), sums_.end(), std::int16_t{0});
-        std::fill(busy_.begin(), busy_.end(), std::uint8_t{0});
     }
 
-    Drift result() const {
-        Drift drift;
+    /// The largest mean of a block.
+    void find_block(Drift& drift) const {
         const double block_pixels =
             static_cast<double>(std::min(drift_block, width_)) * static_cast<double>(std::min(drift_block, height_));
         for (std::size_t c = 0; c < 3; ++c) {
-            std::int64_t sum = 0;
-            for (const std::int32_t cell : cells_[c]) {
-                sum += cell;
-            }
-            const double whole = static_cast<double>(sum) / static_cast<double>(std::max<std::int64_t>(flat_[c], 1));
-            if (std::abs(whole) > std::abs(drift.whole)) {
-                drift.whole = whole;
-            }
             for (int y = 0; y == 0 || y + 1 < rows_; ++y) {
                 for (int x = 0; x == 0 || x + 1 < columns_; ++x) {
                     const double block = block_sum(cells_[c], x, y) / block_pixels;
@@ -197,7 +185,6 @@ public:
                 }
             }
         }
-        return drift;
     }
 
 private:
@@ -211,15 +198,12 @@ private:
             out[i] = greater(out[i], static_cast<std::uint8_t>(high[i] - low[i]));
         }
     }
-    static void add(Row a, Row b, Row spread, std::size_t n, std::int16_t* sums, std::uint8_t* busy) {
+    static void add(Row a, Row b, Row spread, std::size_t n, std::int16_t* sums) {
         for (std::size_t i = 0; i < n; ++i) {
             const auto d = static_cast<std::int16_t>(b[i] - a[i]);
             const auto size = static_cast<std::uint8_t>(greater(a[i], b[i]) - lesser(a[i], b[i]));
             const bool counts = (spread[i] <= flat_levels) & (size > rounding_levels);
             sums[i] = static_cast<std::int16_t>(sums[i] + (counts ? d : std::int16_t{0}));
-        }
-        for (std::size_t i = 0; i < n; ++i) {
-            busy[i] = static_cast<std::uint8_t>(busy[i] + (spread[i] > flat_levels));
         }
     }
 
@@ -238,12 +222,45 @@ private:
     int columns_;
     int rows_;
     std::array<std::vector<std::int32_t>, 3> cells_; ///< [levels px]
-    std::array<std::int64_t, 3> flat_{};             ///< pixels
     // Of the band of drift_cell rows under way, by column and channel: at most 32 * 255.
     int band_ = 0;
     std::vector<std::int16_t> sums_; ///< [levels px]
-    Bytes busy_;                     ///< pixels that are not flat
     Bytes spread_;                   ///< of one row
+};
+
+/// Sums of signed differences of each channel.
+struct SignedSums {
+    std::array<std::int64_t, 3> sum{};     ///< [levels px]
+    std::array<std::int64_t, 3> balance{}; ///< values that are larger in b, less those that are smaller
+    std::array<std::int64_t, 3> count{};   ///< values that differ
+
+    void add_row(Row a, Row b, std::size_t n) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::int32_t row_sum = 0;
+            std::int32_t above = 0;
+            std::int32_t below = 0;
+            for (std::size_t i = c; i < n; i += 3) {
+                row_sum += b[i] - a[i];
+                above += b[i] > a[i];
+                below += b[i] < a[i];
+            }
+            sum[c] += row_sum;
+            balance[c] += above - below;
+            count[c] += above + below;
+        }
+    }
+
+    void enter(std::size_t pixels, Drift& drift) const {
+        constexpr double by_chance = 3.0; // standard deviations of the balance of signs that are tossed
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double mean = static_cast<double>(sum[c]) / static_cast<double>(pixels);
+            if (std::abs(mean) > std::abs(drift.mean)) {
+                drift.mean = mean;
+                const auto n = static_cast<double>(std::max<std::int64_t>(count[c], 1));
+                drift.one_sided = std::max(0.0, std::abs(static_cast<double>(balance[c])) / n - by_chance / std::sqrt(n));
+            }
+        }
+    }
 };
 
 /// raw and its sums. Returns for each row whether it holds more than rounding.
@@ -252,6 +269,7 @@ std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap&
     const std::size_t n = row_bytes(a);
     std::vector<bool> has_differences(static_cast<std::size_t>(a.height));
     Bytes channels(n);
+    SignedSums sums;
     std::int64_t sum = 0;
     for (int y = 0; y < a.height; ++y) {
         std::uint8_t* raw = map.raw.data() + width * static_cast<std::size_t>(y);
@@ -260,6 +278,7 @@ std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap&
             continue;
         }
         absolute_difference(row_of(a, y), row_of(b, y), n, channels.data());
+        sums.add_row(row_of(a, y), row_of(b, y), n);
         std::int32_t row_sum = 0;
         for (std::size_t i = 0; i < n; ++i) {
             row_sum += channels[i];
@@ -277,16 +296,17 @@ std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap&
         has_differences[static_cast<std::size_t>(y)] = row_largest > rounding_levels;
     }
     map.mean = static_cast<double>(sum) / (static_cast<double>(n) * a.height);
+    sums.enter(width * static_cast<std::size_t>(a.height), map.drift);
     return has_differences;
 }
 
-/// Largest step of a channel from each pixel to the next one in x or y.
-void measure_steps(const Picture& picture, std::vector<std::uint8_t>& steps) {
+/// Raises `steps` to the largest step of a channel from each pixel to the next one in x or y.
+void raise_steps(const Picture& picture, std::vector<std::uint8_t>& steps) {
     const std::size_t n = row_bytes(picture);
     const auto width = static_cast<std::size_t>(picture.width);
-    steps.resize(width * static_cast<std::size_t>(picture.height));
     Bytes across(n);
     Bytes down(n);
+    Bytes row(width);
     for (int y = 0; y < picture.height; ++y) {
         absolute_difference(row_of(picture, y), row_of(picture, y + 1), n, down.data());
         absolute_difference(row_of(picture, y), row_of(picture, y) + 3, n - 3, across.data());
@@ -295,8 +315,32 @@ void measure_steps(const Picture& picture, std::vector<std::uint8_t>& steps) {
         for (std::size_t i = 0; i < n; ++i) {
             larger[i] = greater(larger[i], other[i]);
         }
-        largest_channel(larger, picture.width, steps.data() + width * static_cast<std::size_t>(y));
+        largest_channel(larger, picture.width, row.data());
+        std::uint8_t* most = steps.data() + width * static_cast<std::size_t>(y);
+        for (std::size_t x = 0; x < width; ++x) {
+            most[x] = greater(most[x], row[x]);
+        }
     }
+}
+
+/// Sum of the squared steps from the pixels of a row to the next ones in x and y.
+double squared_steps(const Picture& picture, int y) {
+    const std::size_t n = row_bytes(picture);
+    Row at = row_of(picture, y);
+    Row down = row_of(picture, y + 1);
+    constexpr std::size_t part = 3 * 4096; // whose sum an integer of 32 bits holds
+    std::int64_t total = 0;
+    for (std::size_t begin = 0; begin + 3 < n; begin += part) {
+        const std::size_t end = std::min(begin + part, n - 3);
+        std::int32_t sum = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const int across = at[i + 3] - at[i];
+            const int along = down[i] - at[i];
+            sum += across * across + along * along;
+        }
+        total += sum;
+    }
+    return static_cast<double>(total);
 }
 
 /// For each row whether one within `reach` is set.
@@ -329,13 +373,16 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftS
     map.excess.assign(pixels, 0);
     map.differing = 0;
     map.largest = 0;
+    map.drift = {};
     const std::vector<bool> has_differences = measure_raw(a, b, map);
+    map.steps.assign(pixels, 0);
+    map.sharpness = {};
     if (map.largest <= rounding_levels) {
-        map.steps.assign(pixels, 0);
         return;
     }
     if (drift != nullptr) {
-        measure_steps(a, map.steps);
+        raise_steps(a, map.steps);
+        raise_steps(b, map.steps);
     }
 
     set_size(map.reference, a);
@@ -369,6 +416,8 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftS
         raise_excess(pb, pa, range_b, n, channels.data());
         largest_channel(channels.data(), a.width, map.excess.data() + width * static_cast<std::size_t>(y));
         if (drift != nullptr) {
+            map.sharpness[0] += squared_steps(map.reference, y);
+            map.sharpness[1] += squared_steps(map.candidate, y);
             drift->add_row(pa, pb, range_a, range_b, y);
         }
     }
@@ -382,7 +431,17 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftS
 void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
     DriftSums drift(a);
     measure_maps(a, b, map, &drift);
-    map.drift = drift.result();
+    drift.find_block(map.drift);
+}
+
+void measure_whole(const Picture& a, const Picture& b, std::vector<std::uint8_t>& raw) {
+    const auto width = static_cast<std::size_t>(a.width);
+    raw.resize(width * static_cast<std::size_t>(a.height));
+    Bytes channels(row_bytes(a));
+    for (int y = 0; y < a.height; ++y) {
+        absolute_difference(row_of(a, y), row_of(b, y), channels.size(), channels.data());
+        largest_channel(channels.data(), a.width, raw.data() + width * static_cast<std::size_t>(y));
+    }
 }
 
 void measure_excess(const Picture& a, const Picture& b, DifferenceMap& map) {

@@ -24,12 +24,14 @@ constexpr int cell_count(int pixels) {
     return (pixels + cell_size - 1) / cell_size;
 }
 
-/// Mean signed differences candidate - reference [levels] where both pictures are flat, without rounding.
+/// Mean signed differences candidate - reference [levels].
 struct Drift {
-    double whole = 0.0; ///< over all flat pixels; of the channel that differs most
-    double block = 0.0; ///< over one block of drift_block pixels square
-    int x = 0;          ///< [px] upper left corner of that block
-    int y = 0;          ///< [px]
+    double mean = 0.0;      ///< over all pixels; of the channel that differs most
+    double one_sided = 0.0; ///< [-] 0..1 of that channel's values that differ: by how many more go the same way
+                            ///< than chance lets
+    double block = 0.0;     ///< over one block of drift_block pixels square, where both are flat, without rounding
+    int x = 0;              ///< [px] upper left corner of that block
+    int y = 0;              ///< [px]
 };
 inline constexpr int drift_block = 64; ///< [px]
 
@@ -44,7 +46,10 @@ struct DifferenceMap {
     // Out of focus. Where rows hold no difference, nothing is computed, and all is 0.
     std::vector<std::uint8_t> smooth; ///< [height * width] [levels] largest difference of a channel
     std::vector<std::uint8_t> excess; ///< [height * width] [levels]
-    std::vector<std::uint8_t> steps;  ///< [height * width] [levels] in the reference, to the right or below; of all rows
+    std::vector<std::uint8_t> steps;  ///< [height * width] [levels] to the right or below, in the one that has more; all rows
+    std::vector<std::uint8_t> whole_raw; ///< [height * width] raw without masks; empty if there are none
+    /// [levels^2] squared steps between neighbours out of focus, of reference and candidate, in those rows.
+    std::array<double, 2> sharpness{};
     Picture reference;                ///< valid in the rows near differences
     Picture candidate;
     Drift drift;
@@ -52,6 +57,9 @@ struct DifferenceMap {
 
 /// Compares a and b, which have one size. Only rgb is looked at.
 void measure(const Picture& a, const Picture& b, DifferenceMap& map);
+
+/// Only raw, into `raw`.
+void measure_whole(const Picture& a, const Picture& b, std::vector<std::uint8_t>& raw);
 
 /// The same but for steps and drift, which a picture of the difference does not show.
 void measure_excess(const Picture& a, const Picture& b, DifferenceMap& map);

@@ -275,9 +275,11 @@ std::vector<Area> split_area(const Area& area, const DifferenceMap& map, int lev
     return parts;
 }
 
-Displacement fit_displacement(const DifferenceMap& map, const Area& area, int reach) {
-    const Picture& a = map.reference;
-    const Fit fit(a, map.candidate);
+namespace {
+
+/// From a to b, the two pictures of the map.
+Displacement fit_between(const Picture& a, const Picture& b, const DifferenceMap& map, const Area& area, int reach) {
+    const Fit fit(a, b);
     const std::vector<Point> points = points_of(area, a.width, a.height, most_points);
     const double before = fit.rest(points, {});
     if (before == 0.0) {
@@ -296,6 +298,17 @@ Displacement fit_displacement(const DifferenceMap& map, const Area& area, int re
         }
     }
     return {shift.x, shift.y, 1.0 - rest / before};
+}
+
+} // namespace
+
+Displacement fit_displacement(const DifferenceMap& map, const Area& area, int reach) {
+    return fit_between(map.reference, map.candidate, map, area, reach);
+}
+
+Displacement fit_backwards(const DifferenceMap& map, const Area& area, int reach) {
+    const Displacement u = fit_between(map.candidate, map.reference, map, area, reach);
+    return {-u.x, -u.y, u.explained};
 }
 
 } // namespace diff

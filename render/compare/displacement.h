@@ -23,7 +23,7 @@ std::vector<Area> find_areas(const DifferenceMap& map, int level);
 std::vector<Area> split_area(const Area& area, const DifferenceMap& map, int level, int side);
 
 /// A shift counts if it explains this share [-] of the squared differences: fits to the noise of edges are worse.
-inline constexpr double least_explained = 0.55;
+inline constexpr double least_explained = 0.58;
 /// Whole shifts that are tried [px].
 inline constexpr int search_reach = 6;
 
@@ -31,5 +31,9 @@ inline constexpr int search_reach = 6;
 /// on the area's pixels: Lucas & Kanade 1981, iterated, from zero or from the best whole shift of up to `reach`
 /// pixels.
 Displacement fit_displacement(const DifferenceMap& map, const Area& area, int reach);
+
+/// The same from the candidate's side: reference(x) = candidate(x + u). What covers or reveals something is explained
+/// from one side only.
+Displacement fit_backwards(const DifferenceMap& map, const Area& area, int reach);
 
 } // namespace diff

@@ -22,12 +22,98 @@ constexpr double lone_grant = 1000.0;
 /// Cells around the window of a lone change that may belong to it.
 constexpr int lone_margin = 2;
 
+/// Text is drawn without samples, whatever the edges elsewhere do. Most pixels of its cells are edges, so that other samples
+/// could not miss them: at least so many of the 16, in at least so many cells within so many of the window.
+constexpr int least_text_pixels = 8;
+constexpr int least_text_cells = 20;
+constexpr int text_across = 12;
+constexpr int text_up = 1;
+
+/// Sums over rectangles of cells.
+class CellSums {
+public:
+    template <typename Value>
+    CellSums(int columns, int rows, Value value) : columns_(columns), rows_(rows) {
+        const auto width = static_cast<std::size_t>(columns) + 1;
+        sums_.assign(width * (static_cast<std::size_t>(rows) + 1), 0);
+        for (std::size_t row = 0; row < static_cast<std::size_t>(rows); ++row) {
+            for (std::size_t column = 0; column + 1 < width; ++column) {
+                sums_[(row + 1) * width + column + 1] = value(row * (width - 1) + column) + sums_[row * width + column + 1] +
+                                                        sums_[(row + 1) * width + column] - sums_[row * width + column];
+            }
+        }
+    }
+
+    /// What lies outside the picture counts nothing.
+    int of(int left, int top, int right, int bottom) const {
+        const int l = std::clamp(left, 0, columns_), r = std::clamp(right, 0, columns_);
+        const int t = std::clamp(top, 0, rows_), b = std::clamp(bottom, 0, rows_);
+        return at(r, b) - at(l, b) - at(r, t) + at(l, t);
+    }
+
+private:
+    int at(int column, int row) const {
+        return sums_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(columns_) + 1) + static_cast<std::size_t>(column)];
+    }
+
+    int columns_;
+    int rows_;
+    std::vector<std::int32_t> sums_;
+};
+
+/// Pixels of each cell.
+struct CellCounts {
+    int columns;
+    int rows;
+    const std::vector<std::int32_t>& edges;
+    const std::vector<std::int32_t>& touched;
+    const std::vector<std::int32_t>& whole_touched; ///< those that masks hide too
+};
+
+/// What tells whether the change of a window is alone: the edges around it.
+struct Surroundings {
+    struct Kind {
+        int across = 0;       ///< [cells] on each side of the window
+        int up = 0;           ///< [cells] above and below
+        int edge_pixels = 0;  ///< of a cell, from which on it counts
+        int least_cells = 0;  ///< below which nothing is said
+        bool is_text = false; ///< the window's pixels count in such cells only
+    };
+
+    Surroundings(const CellCounts& cells, const Kind& of_kind)
+        : kind(of_kind),
+          touched(cells.columns, cells.rows,
+                  [&](std::size_t i) { return !kind.is_text || cells.edges[i] >= kind.edge_pixels ? cells.touched[i] : 0; }),
+          edges(cells.columns, cells.rows, [&](std::size_t i) { return cells.edges[i] >= kind.edge_pixels; }),
+          both(cells.columns, cells.rows,
+               [&](std::size_t i) { return cells.edges[i] >= kind.edge_pixels && cells.whole_touched[i] > 0; }) {}
+
+    /// Share of the cells with edges around the window that differ; 1 if there are hardly any.
+    double share(int left, int top) const {
+        const auto around = [&](const CellSums& sums) {
+            constexpr int side = lone_size / cell_size;
+            const auto square = [&](int across, int up) {
+                return sums.of(left - across, top - up, left + side + across, top + side + up);
+            };
+            return square(kind.across, kind.up) - square(lone_margin, std::min(lone_margin, kind.up));
+        };
+        const int all = around(edges);
+        return all < kind.least_cells ? 1.0 : static_cast<double>(around(both)) / all;
+    }
+
+    Kind kind;
+    CellSums touched; ///< pixels that differ
+    CellSums edges;   ///< cells
+    CellSums both;    ///< those of them that differ
+};
+
 } // namespace
 
-EdgeNoise::EdgeNoise(const DifferenceMap& map)
+EdgeNoise::EdgeNoise(const DifferenceMap& map, const std::vector<std::uint8_t>& whole_raw)
     : map_(map), columns_(cell_count(map.width)), rows_(cell_count(map.height)),
       edges_(count_in_cells(map.steps, map.width, map.height, edge_levels)),
-      touched_(count_in_cells(map.raw, map.width, map.height, touched_levels)) {}
+      touched_(count_in_cells(map.raw, map.width, map.height, touched_levels)),
+      whole_touched_(whole_raw.empty() ? touched_ : count_in_cells(whole_raw, map.width, map.height, touched_levels)) {}
 
 std::optional<double> EdgeNoise::share_outside(int left, int top, int right, int bottom) const {
     int cells = 0;
@@ -38,7 +124,7 @@ std::optional<double> EdgeNoise::share_outside(int left, int top, int right, int
             const bool is_inside = row >= top && row < bottom && column >= left && column < right;
             if (!is_inside && edges_[i] >= least_edge_pixels) {
                 ++cells;
-                touched += touched_[i] > 0;
+                touched += whole_touched_[i] > 0;
             }
         }
     }
@@ -73,17 +159,27 @@ EdgePeak EdgeNoise::densest_beyond(const std::vector<std::int32_t>& cells, int s
 }
 
 LonePeak EdgeNoise::lone_peak() const {
-    const Peak peak = densest_window(touched_, map_.width, map_.height, lone_size);
-    LonePeak result;
-    result.pixels = peak.value;
-    result.x = peak.x;
-    result.y = peak.y;
-    const int left = peak.x / cell_size;
-    const int top = peak.y / cell_size;
     constexpr int side = lone_size / cell_size;
-    result.elsewhere = share_outside(left - lone_margin, top - lone_margin, left + side + lone_margin, top + side + lone_margin)
-                           .value_or(1.0);
-    result.value = std::max(0.0, peak.value - lone_grant * result.elsewhere);
+    const CellCounts counts{columns_, rows_, edges_, touched_, whole_touched_};
+    const Surroundings surroundings[] = {
+        {counts, {.across = columns_, .up = rows_, .edge_pixels = least_edge_pixels, .least_cells = least_edge_cells}},
+        {counts, {.across = text_across, .up = text_up, .edge_pixels = least_text_pixels, .least_cells = least_text_cells, .is_text = true}}};
+    LonePeak result;
+    for (int top = 0; top == 0 || top + side <= rows_; ++top) {
+        for (int left = 0; left == 0 || left + side <= columns_; ++left) {
+            for (const Surroundings& around : surroundings) {
+                const int pixels = around.touched.of(left, top, left + side, top + side);
+                if (pixels <= result.value) {
+                    continue;
+                }
+                const double elsewhere = around.share(left, top);
+                const double value = pixels - lone_grant * elsewhere;
+                if (value > result.value) {
+                    result = {pixels, value, elsewhere, left * cell_size, top * cell_size};
+                }
+            }
+        }
+    }
     return result;
 }
 

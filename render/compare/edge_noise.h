@@ -29,8 +29,9 @@ struct LonePeak {
 
 class EdgeNoise {
 public:
-    /// map: after measure(); must outlive this.
-    explicit EdgeNoise(const DifferenceMap& map);
+    /// map: after measure(); must outlive this. What is masked tells of noise too: whole_raw has the differences without
+    /// masks, empty if there are none.
+    EdgeNoise(const DifferenceMap& map, const std::vector<std::uint8_t>& whole_raw);
 
     /// How far the picture's edges differ everywhere [-]: 0 where few do, to 1.
     double everywhere() const;
@@ -50,6 +51,7 @@ private:
     int rows_;
     std::vector<std::int32_t> edges_;   ///< edge pixels by cell
     std::vector<std::int32_t> touched_; ///< differing pixels by cell
+    std::vector<std::int32_t> whole_touched_; ///< those that masks hide too
 };
 
 } // namespace diff

@@ -2,6 +2,7 @@
 
 #include "render/compare/displacement.h"
 #include "render/compare/edge_noise.h"
+#include "render/compare/stray.h"
 
 #include <fmt/format.h>
 
@@ -13,15 +14,17 @@ namespace diff {
 
 namespace {
 
-constexpr int window_size = 32; ///< [px]
+constexpr int faint_size = 32; ///< [px]
 constexpr int spot_size = 8;    ///< [px]
-constexpr int window_levels = 8;
+constexpr int cluster_excess = 8; ///< [levels] beyond an edge's noise, by which a pixel tells what a cluster is
 constexpr int spot_levels = 16;
 constexpr int faint_levels = 4;
 /// Share of the edge pixels of a window or spot that may be beyond where edges differ everywhere: up to 0.25 of 32 x 32,
 /// and 0.65 of 8 x 8 with thin gaps between bodies, where bodies are a few pixels large.
-constexpr double window_grant = 0.35;
+constexpr double faint_grant = 0.35;
 constexpr double spot_grant = 0.5;
+/// Sharpness that a pixel has at least [levels^2], so that a dot in an empty picture does not make it sharp.
+constexpr double grain_square = 4.0;
 
 /// Clusters are pixels whose smooth difference is above this.
 constexpr int cluster_levels = 8;
@@ -44,19 +47,23 @@ constexpr std::size_t most_clusters = 16;
 /// Gates of one pair in the making.
 class Findings {
 public:
-    Findings(const DifferenceMap& map, const Limits& limits) : map_(map), limits_(limits), edges_(map) {}
+    Findings(const Picture& reference, const Picture& candidate, const DifferenceMap& map, const Limits& limits)
+        : reference_(reference), candidate_(candidate), map_(map), limits_(limits), edges_(map, map.whole_raw) {}
 
     std::vector<Gate> gates;
     std::vector<Cluster> clusters;
 
     void find() {
         add_windows();
-        add(GateId::drift, std::abs(map_.drift.whole), "levels",
-            fmt::format("flat pixels differ by {:+.2f} levels on average", map_.drift.whole));
+        add(GateId::drift, std::abs(map_.drift.mean) * map_.drift.one_sided, "levels",
+            fmt::format("pixels differ by {:+.2f} levels on average, {:.0f} % of them one way", map_.drift.mean,
+                        50.0 + 50.0 * map_.drift.one_sided));
         add(GateId::block_drift, std::abs(map_.drift.block), "levels",
             fmt::format("those of the {0}x{0} pixels at ({1}, {2}) by {3:+.2f}", drift_block, map_.drift.x,
                         map_.drift.y, map_.drift.block));
         add_lone();
+        add_stray();
+        add_sharpness();
         if (limits_[GateId::levels].value < any_level) {
             add(GateId::levels, map_.largest, "levels",
                 fmt::format("{} pixels differ by up to {} levels", map_.differing, map_.largest));
@@ -87,9 +94,8 @@ private:
                                 ? fmt::format(", less {:.0f} for edges that differ everywhere", peak.pixels - peak.beyond)
                                 : std::string()));
         };
-        add_window(GateId::window, window_levels, window_size, window_grant, "more");
         add_window(GateId::spot, spot_levels, spot_size, spot_grant, "much more");
-        add_window(GateId::faint, faint_levels, window_size, window_grant, "a little more");
+        add_window(GateId::faint, faint_levels, faint_size, faint_grant, "a little more");
     }
 
     void add_lone() {
@@ -97,6 +103,20 @@ private:
         add(GateId::lone, peak.value, "px",
             fmt::format("{} pixels of the {}x{} at ({}, {}) differ, and {:.1f} % of the edges elsewhere", peak.pixels,
                         lone_size, lone_size, peak.x, peak.y, 100.0 * peak.elsewhere));
+    }
+
+    void add_stray() {
+        const int most = 100 * static_cast<int>(std::clamp(limits_[GateId::stray].value, 1.0, 1e4));
+        const Peak found = count_strays(reference_, candidate_, map_.raw, most);
+        add(GateId::stray, found.value, "px",
+            fmt::format("{} pixels differ where no edge is near, the first at ({}, {})", found.value, found.x, found.y));
+    }
+
+    void add_sharpness() {
+        const double grain = grain_square * map_.width * map_.height;
+        const auto [less, more] = std::minmax(map_.sharpness[0], map_.sharpness[1]);
+        add(GateId::sharpness, 100.0 * (1.0 - (less + grain) / (more + grain)), "%",
+            map_.sharpness[1] < map_.sharpness[0] ? "the candidate is less sharp" : "the candidate is sharper");
     }
 
     /// Clusters, and the farthest shift that explains one of them, or one of its parts.
@@ -107,12 +127,15 @@ private:
         Box place;
         const auto fit = [&](const Area& area) {
             --fits_left;
-            const Displacement u = fit_displacement(map_, area, search_reach);
-            if (is_explained(area, u) && std::hypot(u.x, u.y) > std::hypot(farthest.x, farthest.y)) {
-                farthest = u;
-                place = area.box;
+            const Displacement forth = fit_displacement(map_, area, search_reach);
+            const Displacement back = fit_backwards(map_, area, search_reach);
+            for (const Displacement& u : {forth, back}) {
+                if (is_explained(area, u) && std::hypot(u.x, u.y) > std::hypot(farthest.x, farthest.y)) {
+                    farthest = u;
+                    place = area.box;
+                }
             }
-            return u;
+            return forth.explained >= back.explained ? forth : back;
         };
         std::vector<Area> parts;
         for (const Area& area : areas) {
@@ -170,7 +193,7 @@ private:
 
     double excess_pixels(const Area& area) const {
         int count = 0;
-        visit(area, [&](int x, int y) { count += map_.excess[pixel(x, y)] > window_levels; });
+        visit(area, [&](int x, int y) { count += map_.excess[pixel(x, y)] > cluster_excess; });
         return count;
     }
 
@@ -202,6 +225,8 @@ private:
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(map_.width) + static_cast<std::size_t>(x);
     }
 
+    const Picture& reference_;
+    const Picture& candidate_;
     const DifferenceMap& map_;
     const Limits& limits_;
     EdgeNoise edges_;
@@ -210,7 +235,7 @@ private:
 void judge_colors(const Picture& reference, const Picture& candidate, const Limits& limits, DifferenceMap& map,
                   Frame& frame) {
     measure(reference, candidate, map);
-    Findings findings(map, limits);
+    Findings findings(reference, candidate, map, limits);
     findings.find();
     frame.tier = findings.is_exceeded() ? Tier::changed : Tier::noise;
     frame.differing_pixels = map.differing;
@@ -247,8 +272,24 @@ Picture on_white(const Picture& picture) {
 } // namespace
 
 const char* name_of(GateId id) {
-    constexpr const char* names[] = {"window", "spot", "faint", "displacement", "drift", "block drift", "lone", "levels"};
+    constexpr const char* names[] = {"spot",        "faint", "displacement", "drift", "block drift", "lone",
+                                     "stray", "sharpness", "levels"};
     return names[static_cast<int>(id)];
+}
+
+Limits lossy_limits(const Limits& limits) {
+    Limits lossy = limits;
+    const auto set = [&lossy](GateId id, double value) {
+        Limit& limit = lossy.of[static_cast<std::size_t>(id)];
+        if (limit.source == Limit().source) {
+            limit.value = value;
+        }
+    };
+    set(GateId::spot, 6.0); // a quarter of the pixels, half of them for the blur
+    set(GateId::faint, 150.0);
+    set(GateId::block_drift, 1.4);
+    set(GateId::lone, any_pixels);
+    return lossy;
 }
 
 void judge(const Picture& reference, const Picture& candidate, const Limits& limits, DifferenceMap& map,

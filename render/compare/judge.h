@@ -11,16 +11,18 @@ namespace diff {
 
 /// The conditions of tier `noise`.
 enum class GateId {
-    window,       ///< pixels beyond an edge's noise in one window of 32 x 32
-    spot,         ///< the same in 8 x 8, much beyond it: something small
+    spot,         ///< pixels much beyond an edge's noise in one window of 8 x 8: something small
     faint,        ///< pixels a little beyond it in one window of 32 x 32: a faint change of an area
     displacement, ///< shift of a cluster [px]
-    drift,        ///< mean signed difference of all flat pixels [levels]
+    drift,        ///< mean signed difference of all pixels, by how far it is one-sided [levels]
     block_drift,  ///< the same of one block
     lone,         ///< pixels of one window of 16 x 16, where the edges elsewhere are as they were
+    stray,        ///< pixels that differ far from any edge, in the whole picture
+    sharpness,    ///< by which one of the two is less sharp [%]
     levels,       ///< largest difference [levels]: where both are known to be drawn with the same samples
 };
-inline constexpr std::size_t gate_count = 8;
+inline constexpr std::size_t gate_count = 9;
+inline constexpr double any_pixels = 1e9;  ///< limit of a gate that does not hold
 inline constexpr double any_level = 255.0; ///< limit of `levels` that all pictures hold: the gate is then left out
 
 /// A gate's limit and where it is from.
@@ -31,16 +33,20 @@ struct Limit {
 
 /// Of GateId. README.md in this folder has the pictures that the defaults were chosen by.
 struct Limits {
-    std::array<Limit, gate_count> of{{{60.0}, {12.0}, {200.0}, {0.62}, {0.3}, {0.9}, {10.0}, {any_level}}};
+    std::array<Limit, gate_count> of{
+        {{12.0}, {200.0}, {0.62}, {0.22}, {0.9}, {10.0}, {14.0}, {12.0}, {any_level}}};
 
     const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
 };
 
-/// The name used in JSON and by --limit: "window", "block drift", ...
+/// For pairs of films at half the size, where no limit was asked for: encoders blur and ring, at every edge.
+Limits lossy_limits(const Limits& limits);
+
+/// The name used in JSON and by --limit: "spot", "block drift", ...
 const char* name_of(GateId id);
 
 /// Fills tier, message, sums, gates and clusters of `frame`. The pictures have the same size. `map` is memory
-/// to be used again; afterwards it has what differs (on black, if the pictures have alpha).
+/// to be used again, but for its whole_raw; afterwards it has what differs (on black, if the pictures have alpha).
 void judge(const Picture& reference, const Picture& candidate, const Limits& limits, DifferenceMap& map,
            Frame& frame);
 

@@ -32,7 +32,7 @@ std::string proposed_limits(const Comparison& comparison, const Limits& least) {
                 }
             }
         }
-        if (id != GateId::levels || limit < any_level) {
+        if (id != GateId::levels || limit < any_level) { // otherwise the gate is not asked for
             json[name_of(id)] = limit;
         }
     }

@@ -8,7 +8,7 @@
 
 namespace diff {
 
-/// {"window": 60, ...}: for each gate 1.25 times the largest value found in the comparison, but no less than
+/// {"spot": 12, ...}: for each gate 1.25 times the largest value found in the comparison, but no less than
 /// `least` says.
 std::string proposed_limits(const Comparison& comparison, const Limits& least);
 

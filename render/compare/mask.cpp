@@ -65,10 +65,28 @@ void add_to_mask(const std::string& text, const PictureLimits& accepted, Mask& m
     mask.pictures.push_back(std::move(picture));
 }
 
+namespace {
+
+/// Throws Error (usage) if no pixel is left to compare. covered: [height * width] pixels that a mask hides.
+void require_rest(const std::vector<bool>& covered) {
+    if (std::find(covered.begin(), covered.end(), false) == covered.end()) {
+        throw Error(ExitCode::usage, "the masks leave no pixel to compare");
+    }
+}
+
+} // namespace
+
 void apply_mask(const Mask& mask, const Picture& reference, Picture& candidate) {
     if (mask.is_empty()) {
         return;
     }
+    const auto width = static_cast<std::size_t>(reference.width);
+    std::vector<bool> covered(width * static_cast<std::size_t>(reference.height));
+    const auto cover = [&](int y, int begin, int end) {
+        take_over(reference, candidate, y, begin, end);
+        const auto row = covered.begin() + static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(y));
+        std::fill(row + begin, row + end, true);
+    };
     // Both get an alpha if one has: a masked pixel takes it over.
     if (candidate.alpha.empty() && !reference.alpha.empty()) {
         candidate.alpha.assign(reference.alpha.size(), 255);
@@ -84,7 +102,7 @@ void apply_mask(const Mask& mask, const Picture& reference, Picture& candidate) 
         const int begin = std::clamp(box.x, 0, reference.width);
         const auto end = static_cast<int>(std::clamp<std::int64_t>(right, begin, reference.width));
         for (int y = std::max(box.y, 0); y < std::min<std::int64_t>(bottom, reference.height); ++y) {
-            take_over(reference, candidate, y, begin, end);
+            cover(y, begin, end);
         }
     }
     for (const Picture& picture : mask.pictures) {
@@ -98,11 +116,12 @@ void apply_mask(const Mask& mask, const Picture& reference, Picture& candidate) 
             for (int x = 0; x < reference.width; ++x) {
                 const std::uint8_t* rgb = &picture.rgb[(row + static_cast<std::size_t>(x)) * 3];
                 if (rgb[0] != 0 || rgb[1] != 0 || rgb[2] != 0) {
-                    take_over(reference, candidate, y, x, x + 1);
+                    cover(y, x, x + 1);
                 }
             }
         }
     }
+    require_rest(covered);
 }
 
 } // namespace diff

@@ -18,7 +18,7 @@ constexpr int first_noise = ramp;
 constexpr int first_counted = 2 * ramp;
 constexpr int only_one = 3 * ramp;
 
-/// Excess that the gate `window` counts.
+/// Excess [levels] from which on a pixel is shown as counted: between those of the gates `faint` and `spot`.
 constexpr int counted_levels = 8;
 
 Bytes make_palette() {
@@ -184,13 +184,80 @@ bool set_sizes(const PairMemory& memory, Frame& frame) {
     return false;
 }
 
+/// Means of 2 x 2 pixels.
+void halve(const Picture& picture, Picture& half) {
+    half.width = (picture.width + 1) / 2;
+    half.height = (picture.height + 1) / 2;
+    half.rgb.resize(static_cast<std::size_t>(half.width) * static_cast<std::size_t>(half.height) * 3);
+    const auto row = [&picture](int y) {
+        return picture.rgb.data() + static_cast<std::size_t>(std::min(y, picture.height - 1)) *
+                                        static_cast<std::size_t>(picture.width) * 3;
+    };
+    std::uint8_t* out = half.rgb.data();
+    for (int y = 0; y < half.height; ++y) {
+        const std::uint8_t* upper = row(2 * y);
+        const std::uint8_t* lower = row(2 * y + 1);
+        for (int x = 0; x < half.width; ++x) {
+            const int left = 2 * x * 3;
+            const int right = std::min(2 * x + 1, picture.width - 1) * 3;
+            for (int c = 0; c < 3; ++c) {
+                const int sum = upper[left + c] + upper[right + c] + lower[left + c] + lower[right + c];
+                *out++ = static_cast<std::uint8_t>((sum + 2) / 4);
+            }
+        }
+    }
+}
+
+/// Judges at half the size, where an encoder's errors are small; places and shifts are those of the whole pictures.
+void judge_lossy(const PairSettings& settings, PairMemory& memory, Frame& frame) {
+    measure_excess(memory.a, memory.b, memory.map);
+    if (memory.map.largest == 0) {
+        frame.tier = Tier::identical;
+        frame.message = "the same pixels";
+        return;
+    }
+    halve(memory.a, memory.half_a);
+    halve(memory.b, memory.half_b);
+    judge(memory.half_a, memory.half_b, lossy_limits(settings.limits), memory.half_map, frame);
+    frame.tier = std::max(frame.tier, Tier::noise);
+    frame.differing_pixels = memory.map.differing;
+    frame.largest_difference = memory.map.largest;
+    frame.mean_difference = memory.map.mean;
+    for (Cluster& cluster : frame.clusters) {
+        for (int* length : {&cluster.box.x, &cluster.box.y, &cluster.box.width, &cluster.box.height}) {
+            *length *= 2;
+        }
+        cluster.pixels *= 4;
+        cluster.displacement.x *= 2.0;
+        cluster.displacement.y *= 2.0;
+    }
+}
+
 void judge_or_measure(const PairSettings& settings, PairMemory& memory, Frame& frame) {
+    if (settings.judges && settings.is_lossy) {
+        judge_lossy(settings, memory, frame);
+        return;
+    }
     if (settings.judges) {
         judge(memory.a, memory.b, settings.limits, memory.map, frame);
         return;
     }
     measure_excess(memory.a, memory.b, memory.map);
     frame.tier = memory.map.largest == 0 ? Tier::identical : Tier::changed;
+}
+
+bool is_jpeg(const Bytes& bytes) {
+    return bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8;
+}
+
+/// What the masks hide tells of noise all the same.
+void mask_pair(const Mask& mask, PairMemory& memory) {
+    memory.map.whole_raw.clear();
+    memory.half_map.whole_raw.clear();
+    if (!mask.is_empty()) {
+        measure_whole(memory.a, memory.b, memory.map.whole_raw);
+        apply_mask(mask, memory.a, memory.b);
+    }
 }
 
 void clear(Picture& picture) {
@@ -201,7 +268,7 @@ void clear(Picture& picture) {
 
 void compare_pictures(const PairSettings& settings, PairMemory& memory, Frame& frame) {
     if (set_sizes(memory, frame)) {
-        apply_mask(settings.mask, memory.a, memory.b);
+        mask_pair(settings.mask, memory);
         judge_or_measure(settings, memory, frame);
     }
 }
@@ -234,8 +301,10 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
         if (!set_sizes(memory, frame)) {
             return;
         }
-        apply_mask(mask_of(paths, settings, memory), memory.a, memory.b);
-        judge_or_measure(settings, memory, frame);
+        mask_pair(mask_of(paths, settings, memory), memory);
+        PairSettings judging = settings;
+        judging.is_lossy = settings.is_lossy || is_jpeg(memory.file_a) || is_jpeg(memory.file_b);
+        judge_or_measure(judging, memory, frame);
         if (settings.judges && frame.tier == Tier::changed) {
             add_bodies(paths, settings, memory, frame);
         }

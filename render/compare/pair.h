@@ -18,6 +18,7 @@ struct PairSettings {
     PictureLimits accepted;
     Mask mask;
     std::vector<std::string> ignored_bodies; ///< names
+    bool is_lossy = false; ///< films and JPEG: judged at half the size, since their colours have no more pixels
     bool judges = true; ///< false: only measured, for difference_picture(); the tier is then identical or changed
 };
 
@@ -29,6 +30,10 @@ struct PairMemory {
     Picture b;
     ReaderMemory reader;
     DifferenceMap map;
+    // Of lossy pairs: at half the size.
+    Picture half_a;
+    Picture half_b;
+    DifferenceMap half_map;
 };
 
 /// The two files of a frame; none where a side has no such frame.

@@ -83,11 +83,43 @@ void compare_files_of(const Source& reference, const Source& candidate, const Se
     }
 }
 
-/// Frames of two films side by side, as long as one of them lasts.
+/// Pictures of a folder, one after the other.
+class FolderReader : public FilmReader {
+public:
+    FolderReader(const Source& source, const PictureLimits& accepted) : source_(source), accepted_(accepted) {}
+
+    bool read(Picture& picture) override {
+        if (next_ == source_.names.size()) {
+            return false;
+        }
+        const fs::path path = source_.path / source_.names[next_++];
+        read_file(path, accepted_, bytes_);
+        decode_picture(bytes_, path.string(), accepted_, picture, memory_);
+        return true;
+    }
+    double fps() const override { return 0.0; }
+
+private:
+    const Source& source_;
+    PictureLimits accepted_;
+    std::size_t next_ = 0;
+    Bytes bytes_;
+    ReaderMemory memory_;
+};
+
+/// Null if there is no such side.
+std::unique_ptr<FilmReader> open_side(const Source& source, const FilmTools& films, const PictureLimits& accepted) {
+    if (source.kind == SourceKind::frames) {
+        return std::make_unique<FolderReader>(source, accepted);
+    }
+    return source.kind == SourceKind::film ? films.open(source.path) : nullptr;
+}
+
+/// Frames of two sequences side by side, of which one is a film, as long as one of them lasts.
 void visit_films(const Source& reference, const Source& candidate, const FilmTools& films, PairMemory& memory,
                  const std::function<void(std::int64_t, bool has_a, bool has_b)>& use) {
-    const auto a = reference.kind == SourceKind::film ? films.open(reference.path) : nullptr;
-    const auto b = candidate.kind == SourceKind::film ? films.open(candidate.path) : nullptr;
+    const auto a = open_side(reference, films, {});
+    const auto b = open_side(candidate, films, {});
     bool has_a = a != nullptr;
     bool has_b = b != nullptr;
     for (std::int64_t i = 0;; ++i) {
@@ -103,6 +135,8 @@ void visit_films(const Source& reference, const Source& candidate, const FilmToo
 void compare_films(const Source& reference, const Source& candidate, const Settings& settings,
                    const FilmTools& films, Case& result) {
     PairMemory memory;
+    PairSettings lossy = settings.pair;
+    lossy.is_lossy = true;
     visit_films(reference, candidate, films, memory, [&](std::int64_t i, bool has_a, bool has_b) {
         if (settings.is_interrupted()) {
             fail_interrupted();
@@ -111,7 +145,7 @@ void compare_films(const Source& reference, const Source& candidate, const Setti
         frame.name = fmt::format("frame {}", i);
         frame.index = i;
         if (has_a && has_b) {
-            compare_pictures(settings.pair, memory, frame);
+            compare_pictures(lossy, memory, frame);
         } else {
             frame.tier = Tier::changed;
             frame.status = has_a ? Status::candidate_missing : Status::reference_missing;
@@ -282,12 +316,16 @@ Case compare_sources(const std::string& name, const Source& reference, const Sou
     result.name = name;
     result.reference_origin = reference.origin;
     result.candidate_origin = candidate.origin;
-    const SourceKind kind = reference.kind != SourceKind::missing ? reference.kind : candidate.kind;
+    SourceKind kind = reference.kind != SourceKind::missing ? reference.kind : candidate.kind;
     if (kind == SourceKind::missing) {
         throw Error(ExitCode::missing_or_size, "neither " + reference.path.string() + " nor " +
                                                    candidate.path.string() + " is there");
     }
-    if (candidate.kind != kind && candidate.kind != SourceKind::missing) {
+    const bool are_sequences = kind != SourceKind::picture && candidate.kind != SourceKind::picture;
+    if (are_sequences && candidate.kind == SourceKind::film) {
+        kind = SourceKind::film; // of a run its film and its frames may be compared
+    }
+    if (!are_sequences && candidate.kind != kind && candidate.kind != SourceKind::missing) {
         throw Error(ExitCode::usage, reference.path.string() + " and " + candidate.path.string() +
                                          " are not of one kind: pictures, folders of frames, or films");
     }

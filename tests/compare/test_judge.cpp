@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -48,6 +49,24 @@ Picture edge_noise(Picture picture, std::uint32_t seed) {
     return picture;
 }
 
+/// middle: weight of the pixel itself; the rest is its eight neighbours'.
+Picture filtered(Picture picture, double middle) {
+    const Picture from = picture;
+    for (int y = 1; y + 1 < picture.height; ++y) {
+        for (int x = 1; x + 1 < picture.width; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                double around = 0;
+                for (int k = 0; k < 9; ++k) {
+                    around += k == 4 ? 0 : from.rgb[static_cast<std::size_t>(((y + k / 3 - 1) * from.width + x + k % 3 - 1) * 3 + c)];
+                }
+                std::uint8_t& v = picture.rgb[static_cast<std::size_t>((y * from.width + x) * 3 + c)];
+                v = static_cast<std::uint8_t>(std::clamp(middle * v + (1 - middle) * around / 8 + 0.5, 0.0, 255.0));
+            }
+        }
+    }
+    return picture;
+}
+
 struct Noise {
     const char* name;
     std::function<Picture(const Scene&, std::uint32_t seed)> make;
@@ -60,8 +79,6 @@ const Noise noises[] = {
          return test::each_channel(paint(s, grid_pattern(2)),
                                    [&](double v) { return random() < 0.1 ? v + (random() < 0.5 ? 1 : -1) : v; });
      }},
-    {"one level up everywhere",
-     [](const Scene& s, std::uint32_t) { return test::each_channel(paint(s, grid_pattern(2)), [](double v) { return v + 1; }); }},
     {"grain of two levels",
      [](const Scene& s, std::uint32_t seed) {
          Random random(seed);
@@ -77,10 +94,6 @@ const Noise noises[] = {
      }},
     {"random mixing at edges", [](const Scene& s, std::uint32_t seed) { return edge_noise(paint(s, grid_pattern(2)), seed); }},
     {"view moved by 0.1 px", [](const Scene& s, std::uint32_t) { return paint(s, grid_pattern(2), 0.1, -0.1); }},
-    {"four levels of every colour's last bits",
-     [](const Scene& s, std::uint32_t) {
-         return test::each_channel(paint(s, grid_pattern(2)), [](double v) { return 2 * std::floor(v / 2); });
-     }},
     {"single wrong pixels",
      [](const Scene& s, std::uint32_t seed) {
          Random random(seed);
@@ -111,12 +124,24 @@ struct Change {
 const Change changes[] = {
     {"moved by 1 px", nullptr, [](Scene s, std::size_t i) { s.shapes[i].x += 1.0; return paint(s, grid_pattern(2)); }},
     {"moved by 1.5 px aslant", nullptr, [](Scene s, std::size_t i) { s.shapes[i].x += 1.1; s.shapes[i].y += 1.0; return paint(s, grid_pattern(2)); }},
-    {"moved by 3 px", "window", [](Scene s, std::size_t i) { s.shapes[i].y -= 3.0; return paint(s, grid_pattern(2)); }},
-    {"missing", "window", [](Scene s, std::size_t i) { s.shapes.erase(s.shapes.begin() + static_cast<long>(i)); return paint(s, grid_pattern(2)); }},
-    {"recoloured", "window", [](Scene s, std::size_t i) { std::swap(s.shapes[i].color[0], s.shapes[i].color[2]); return paint(s, grid_pattern(2)); }},
-    {"larger by 2 px", "window", [](Scene s, std::size_t i) { s.shapes[i].size += 2; return paint(s, grid_pattern(2)); }},
+    {"moved by 3 px", "spot", [](Scene s, std::size_t i) { s.shapes[i].y -= 3.0; return paint(s, grid_pattern(2)); }},
+    {"missing", "spot", [](Scene s, std::size_t i) { s.shapes.erase(s.shapes.begin() + static_cast<long>(i)); return paint(s, grid_pattern(2)); }},
+    {"recoloured", "spot", [](Scene s, std::size_t i) { std::swap(s.shapes[i].color[0], s.shapes[i].color[2]); return paint(s, grid_pattern(2)); }},
+    {"larger by 2 px", "spot", [](Scene s, std::size_t i) { s.shapes[i].size += 2; return paint(s, grid_pattern(2)); }},
     {"a spot of 4 px appears", "spot", [](Scene s, std::size_t) { s.shapes.push_back({test::Shape::Kind::box, 30, 150, 2, 0, {20, 20, 20}}); return paint(s, grid_pattern(2)); }},
     {"view moved by 1 px", nullptr, [](const Scene& s, std::size_t) { return paint(s, grid_pattern(2), 1.0, 0.0); }},
+    {"one level up everywhere", "drift", [](const Scene& s, std::size_t) { return test::each_channel(paint(s, grid_pattern(2)), [](double v) { return v + 1; }); }},
+    {"without the last bit", "drift", [](const Scene& s, std::size_t) { return test::each_channel(paint(s, grid_pattern(2)), [](double v) { return 2 * std::floor(v / 2); }); }},
+    {"one pixel in a thousand white", nullptr, [](const Scene& s, std::size_t i) {
+         Picture picture = paint(s, grid_pattern(2));
+         Random random(static_cast<std::uint32_t>(i + 1));
+         for (int k = 0; k < 57; ++k) {
+             std::fill_n(picture.rgb.begin() + 3 * static_cast<long>(random() * 320 * 180), 3, std::uint8_t{255});
+         }
+         return picture;
+     }},
+    {"out of focus", "sharpness", [](const Scene& s, std::size_t) { return filtered(paint(s, grid_pattern(2)), 0.25); }},
+    {"sharpened", "sharpness", [](const Scene& s, std::size_t) { return filtered(paint(s, grid_pattern(2)), 2.0); }},
     {"3 levels brighter", "drift", [](const Scene& s, std::size_t) { return test::each_channel(paint(s, grid_pattern(2)), [](double v) { return v + 3; }); }},
     {"5 % brighter", "drift", [](const Scene& s, std::size_t) { return test::each_channel(paint(s, grid_pattern(2)), [](double v) { return v * 1.05; }); }},
     {"gamma 1.05", "drift", [](const Scene& s, std::size_t) { return test::each_channel(paint(s, grid_pattern(2)), [](double v) { return 255 * std::pow(v / 255, 1.05); }); }},
@@ -200,6 +225,52 @@ TEST(judge, noise_on_few_edges_is_no_lone_change) {
         const diff::Frame frame = judged(reference, noise.make(scene, 108));
         EXPECT_EQ(frame.tier, Tier::noise) << noise.name << ": " << frame.message;
     }
+}
+
+// Both ways round.
+TEST(judge, the_verdict_does_not_depend_on_which_is_the_reference) {
+    for (const auto& [seed, count] : judged_scenes) {
+        const Scene scene = test::make_scene(seed, count, 2);
+        const Picture reference = paint(scene, grid_pattern(2));
+        std::vector<Picture> others;
+        for (const Noise& noise : noises) {
+            others.push_back(noise.make(scene, seed));
+        }
+        for (const Change& change : changes) {
+            others.push_back(change.make(scene, front_shape(scene)));
+        }
+        for (const Picture& other : others) {
+            const diff::Frame there = judged(reference, other);
+            const diff::Frame back = judged(other, reference);
+            EXPECT_EQ(there.tier, back.tier);
+            ASSERT_EQ(there.gates.size(), back.gates.size());
+            for (std::size_t i = 0; i < there.gates.size(); ++i) {
+                EXPECT_DOUBLE_EQ(there.gates[i].value, back.gates[i].value) << there.gates[i].name;
+            }
+        }
+    }
+}
+
+// A small thing that differs among others that are the same, while the edges of all else differ.
+TEST(judge, a_changed_letter_is_seen_where_the_edges_elsewhere_are_noise) {
+    const Scene scene = test::make_scene(109, 40, 0);
+    Picture reference = paint(scene, grid_pattern(2));
+    Picture candidate = paint(scene, rotated_pattern);
+    const auto letter = [](Picture& picture, int column, bool is_other) {
+        for (int k = 0; k < 8 * 12; ++k) {
+            const int x = k % 8, y = k / 8;
+            const bool is_ink = x < 2 || y < 2 || (is_other ? x > 5 : y > 9);
+            std::fill_n(&picture.rgb[static_cast<std::size_t>(((10 + y) * picture.width + 12 + 10 * column + x) * 3)], 3,
+                        std::uint8_t(is_ink ? 240 : 20));
+        }
+    };
+    for (int i = 0; i < 20; ++i) {
+        letter(reference, i, false);
+        letter(candidate, i, false);
+    }
+    EXPECT_EQ(judged(reference, candidate).tier, Tier::noise);
+    letter(candidate, 9, true);
+    EXPECT_EQ(judged(reference, candidate).tier, Tier::changed);
 }
 
 TEST(judge, the_shift_of_a_moved_thing_is_measured) {

@@ -145,7 +145,7 @@ Json moved_frame(const fs::path& folder, const std::string& stem, int index, int
     frame["mean_difference"] = 0.11 * shift;
     frame["curve"] = 1.9 * shift;
     frame["gates"] = {
-        gate("window", 32.0 * shift, 24, "px", "The fullest window of 32 x 32 px is at 224, 96."),
+        gate("faint", 32.0 * shift, 24, "px", "The fullest window of 32 x 32 px is at 224, 96."),
         gate("displacement", shift, 0.5, "px", "The cluster at 230, 100 has moved to the right."),
         gate("drift", 0.04, 0.5, "levels", "The mean colour of the picture.")};
     const Json box = {230, 100, 40 + shift, 40};
@@ -174,7 +174,7 @@ Json noise_frame(const fs::path& folder) {
     frame["differing_pixels"] = 60;
     frame["largest_difference"] = 20;
     frame["curve"] = 0.4;
-    frame["gates"] = {gate("window", 8, 24, "px", "The fullest window of 32 x 32 px is at 112, 80."),
+    frame["gates"] = {gate("faint", 8, 24, "px", "The fullest window of 32 x 32 px is at 112, 80."),
                       gate("displacement", 0.02, 0.5, "px", "No cluster has moved.")};
     return frame;
 }

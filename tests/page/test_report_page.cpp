@@ -115,7 +115,7 @@ TEST_F(report_page, a_case_shows_pictures_gates_clusters_and_bodies) {
     EXPECT_TRUE(
         browser().wait_for("[...document.querySelectorAll('.layer')].every(e => e.naturalWidth === 320)"));
     EXPECT_EQ(texts(".gates tbody tr:nth-child(2) .number"), "3 px|≤ 0.5 px");
-    EXPECT_EQ(texts(".gates .tier"), "✕ window|✕ displacement|✓ drift");
+    EXPECT_EQ(texts(".gates .tier"), "✕ faint|✕ displacement|✓ drift");
     EXPECT_EQ(texts(".bodies tbody td"), "cube_3|moved|+3 px right, ±0 px down|7.2 mm|43×40 at 230, 100");
     EXPECT_EQ(count(".outline"), 3);
     browser().screenshot(out_dir / "light.png");

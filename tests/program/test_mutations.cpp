@@ -195,9 +195,7 @@ TEST(mutations, harmless_differences_are_noise) {
         const std::pair<const char*, diff::Picture> harmless[] = {
             {"one level up in some channels", each_channel(picture, [&](int v) { return v + one_in(5); })},
             {"one level up or down", each_channel(picture, [&](int v) { return v + static_cast<int>(random() % 3) - 1; })},
-            {"one level down everywhere", each_channel(picture, [](int v) { return v - 1; })},
             {"grain of up to 3 levels", each_channel(picture, [&](int v) { return v + static_cast<int>(random() % 7) - 3; })},
-            {"seven bits", each_channel(picture, [](int v) { return v & ~1; })},
             {"single channels 31 levels off", each_channel(picture, [&](int v) { return one_in(4000) ? v + 31 : v; })},
             {"16 samples in a grid", sampled(large, 4, [](int, int) { return true; })},
             {"4 samples on a rotated grid", sampled(large, 4, [](int x, int y) { return (y == 0 && x == 1) || (y == 1 && x == 3) || (y == 2 && x == 0) || (y == 3 && x == 2); })},

@@ -1,0 +1,429 @@
+/// Writes the pairs of pictures by which the judge of comparisons is judged: real drawings of all scenes, edited states,
+/// other samples, other encodings. Arguments: FOLDER SCENE.toml...
+///
+///     FOLDER/seen/CLASS/NAME.a.png, .b.png      four of five pairs; limits may be chosen by them
+///     FOLDER/unseen/CLASS/...                   every fifth pair of each class
+///
+/// A class begins with "noise", or with "changed"; those of films have "film" in their name.
+#include "render/compare/picture.h"
+#include "render/film/video_reader.h"
+#include "render/film/video_writer.h"
+#include "render/overlay/overlay.h"
+#include "render/picture/renderer.h"
+#include "sim/base/file_io.h"
+#include "sim/scene/file.h"
+#include "sim/world/world.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+using render::Image;
+
+/// What is drawn.
+struct Drawing {
+    sim::SceneDef scene;
+    sim::Snapshot snapshot;
+    int width = 640;
+    int height = 360;
+    bool smooth_edges = true;
+};
+
+std::uint8_t byte_of(double value) {
+    return static_cast<std::uint8_t>(std::clamp(std::lround(value), 0L, 255L));
+}
+
+Image world_of(const Drawing& d, int factor) {
+    sim::SceneDef scene = d.scene;
+    scene.output.width = d.width * factor;
+    scene.output.height = d.height * factor;
+    render::RenderSettings settings = render::render_settings(scene.output);
+    settings.smooth_edges = d.smooth_edges;
+    render::Renderer renderer(scene, scene.output.width, scene.output.height, settings);
+    return renderer.draw(d.snapshot);
+}
+
+/// Title and time over it, as films have them.
+Image with_text(Image image, const Drawing& d) {
+    render::Overlay overlay(d.scene);
+    const render::Notes notes;
+    const render::DepthPicture depth;
+    overlay.draw(image, {d.snapshot.time, d.snapshot, notes, depth});
+    return image;
+}
+
+Image draw(const Drawing& d) {
+    return with_text(world_of(d, 1), d);
+}
+
+/// Of a picture `factor` times as large: the mean of the samples of each pixel that `takes` says.
+Image sampled(const Image& large, int factor, const std::function<bool(int x, int y)>& takes) {
+    Image image(large.width / factor, large.height / factor);
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                int sum = 0;
+                int count = 0;
+                for (int k = 0; k < factor * factor; ++k) {
+                    if (takes(k % factor, k / factor)) {
+                        const int row = std::clamp(y * factor + k / factor, 0, large.height - 1);
+                        sum += large.rgb[static_cast<std::size_t>((row * large.width + x * factor + k % factor) * 3 + c)];
+                        ++count;
+                    }
+                }
+                image.rgb[static_cast<std::size_t>((y * image.width + x) * 3 + c)] =
+                    static_cast<std::uint8_t>((sum + count / 2) / count);
+            }
+        }
+    }
+    return image;
+}
+
+Image each_channel(Image image, const std::function<double(double)>& change) {
+    for (std::uint8_t& v : image.rgb) {
+        v = byte_of(change(v));
+    }
+    return image;
+}
+
+/// Weights of 3 x 3 neighbours: the middle, those beside it, those at the corners.
+Image filtered(const Image& from, double middle, double beside, double corner) {
+    Image image = from;
+    for (int y = 1; y + 1 < from.height; ++y) {
+        for (int x = 1; x + 1 < from.width; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                double sum = 0;
+                for (int k = 0; k < 9; ++k) {
+                    const double weight = k == 4 ? middle : k % 2 == 1 ? beside : corner;
+                    sum += weight * from.rgb[static_cast<std::size_t>(((y + k / 3 - 1) * from.width + x + k % 3 - 1) * 3 + c)];
+                }
+                image.rgb[static_cast<std::size_t>((y * from.width + x) * 3 + c)] = byte_of(sum);
+            }
+        }
+    }
+    return image;
+}
+
+/// Drawn at half the size and enlarged.
+Image half_resolution(const Image& from) {
+    const Image small = sampled(from, 2, [](int, int) { return true; });
+    Image image = from;
+    for (int y = 0; y < from.height; ++y) {
+        for (int x = 0; x < from.width; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                const double sx = std::clamp((x - 0.5) / 2, 0.0, small.width - 1.001);
+                const double sy = std::clamp((y - 0.5) / 2, 0.0, small.height - 1.001);
+                const int i = static_cast<int>(sx);
+                const int j = static_cast<int>(sy);
+                const auto at = [&](int px, int py) {
+                    return static_cast<double>(small.rgb[static_cast<std::size_t>((py * small.width + px) * 3 + c)]);
+                };
+                const double fx = sx - i;
+                const double fy = sy - j;
+                image.rgb[static_cast<std::size_t>((y * from.width + x) * 3 + c)] =
+                    byte_of((1 - fy) * ((1 - fx) * at(i, j) + fx * at(i + 1, j)) +
+                            fy * ((1 - fx) * at(i, j + 1) + fx * at(i + 1, j + 1)));
+            }
+        }
+    }
+    return image;
+}
+
+/// As a film of three equal frames shows it.
+Image filmed(const Image& image, const fs::path& folder, int crf, const char* preset) {
+    const fs::path path = folder / "film.mp4";
+    render::VideoSettings settings;
+    settings.crf = crf;
+    settings.preset = preset;
+    render::VideoWriter writer(path, image.width, image.height, settings);
+    for (int i = 0; i < 3; ++i) {
+        writer.add(image);
+    }
+    writer.finish();
+    render::VideoReader reader(path);
+    Image shown;
+    for (int i = 0; i < 3; ++i) {
+        reader.read(shown);
+    }
+    return shown;
+}
+
+class Corpus {
+public:
+    explicit Corpus(fs::path folder) : folder_(std::move(folder)) { fs::create_directories(folder_); }
+
+    const fs::path& folder() const { return folder_; }
+
+    void add(const std::string& kind, const std::string& name, const Image& a, const Image& b) {
+        if (a.rgb == b.rgb) {
+            return; // nothing is to be seen of the change
+        }
+        const int number = counts_[kind]++;
+        const fs::path place = folder_ / (number % 5 == 4 ? "unseen" : "seen") / kind;
+        fs::create_directories(place);
+        sim::write_file_unsynced(place / fmt::format("{}_{:03}.a.png", name, number), render::encode_png(a));
+        sim::write_file_unsynced(place / fmt::format("{}_{:03}.b.png", name, number), render::encode_png(b));
+    }
+
+    void print() const {
+        int sum = 0;
+        for (const auto& [kind, count] : counts_) {
+            std::printf("%-28s %4d\n", kind.c_str(), count);
+            sum += count;
+        }
+        std::printf("%-28s %4d\n", "pairs", sum);
+    }
+
+private:
+    fs::path folder_;
+    std::map<std::string, int> counts_;
+};
+
+/// Where a body is seen [px], and how many pixels show it.
+struct Seen {
+    double x = 0, y = 0;
+    int pixels = 0;
+};
+
+std::vector<Seen> seen_bodies(const Drawing& d) {
+    render::RenderSettings settings = render::render_settings(d.scene.output);
+    render::Renderer renderer(d.scene, d.width, d.height, settings);
+    renderer.draw(d.snapshot);
+    std::vector<Seen> seen(d.scene.bodies.size());
+    const std::vector<std::uint32_t> ids = renderer.body_ids();
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        if (ids[i] > 0) {
+            Seen& s = seen[ids[i] - 1];
+            s.x += static_cast<double>(i % static_cast<std::size_t>(d.width));
+            s.y += static_cast<double>(i / static_cast<std::size_t>(d.width));
+            ++s.pixels;
+        }
+    }
+    for (Seen& s : seen) {
+        s.x /= std::max(s.pixels, 1);
+        s.y /= std::max(s.pixels, 1);
+    }
+    return seen;
+}
+
+class Pairs {
+public:
+    Pairs(Corpus& corpus, const std::string& name, Drawing drawing, unsigned seed)
+        : corpus_(corpus), name_(name), base_(std::move(drawing)), random_(seed), picture_(draw(base_)),
+          large_(world_of(base_, 4)) {}
+
+    void add_noise() {
+        const auto all = [](int, int) { return true; };
+        const std::pair<const char*, std::function<bool(int, int)>> patterns[] = {
+            {"grid of 16", all},
+            {"rotated 4", [](int x, int y) { return (x * 2 + 1) % 5 == y + (x > 1); }},
+            {"middle 4", [](int x, int y) { return x % 3 != 0 && y % 3 != 0; }},
+            {"chequered 8", [](int x, int y) { return (x + y) % 2 == 0; }},
+        };
+        // Rods thinner than a pixel are drawn one pixel wide: in the larger picture they are thinner.
+        if (base_.scene.joints.empty()) {
+            for (const auto& [what, takes] : patterns) {
+                add("noise samples", sampled_text(large_, takes));
+            }
+            Image moved = large_;
+            std::rotate(moved.rgb.begin(), moved.rgb.begin() + moved.width * 3, moved.rgb.end());
+            corpus_.add("noise view by a quarter pixel", name_, sampled_text(large_, all), sampled_text(moved, all));
+        }
+        Drawing hard = base_;
+        hard.smooth_edges = false;
+        add("noise no smooth edges", draw(hard));
+        std::uniform_real_distribution<double> uniform;
+        add("noise levels", each_channel(picture_, [&](double v) { return uniform(random_) < 0.1 ? v + (uniform(random_) < 0.5 ? 1 : -1) : v; }));
+        std::normal_distribution<double> normal;
+        add("noise grain", each_channel(picture_, [&](double v) { return v + 1.5 * normal(random_); }));
+    }
+
+    void add_films() {
+        const Image good = filmed(picture_, corpus_.folder(), 18, "veryfast");
+        const Image small = filmed(picture_, corpus_.folder(), 23, "ultrafast");
+        corpus_.add("noise film of another crf", name_, good, small);
+        corpus_.add("noise film and its frames", name_, picture_, good);
+        for_bodies(1, [&](std::size_t body) {
+            corpus_.add("changed film body moved 2 px", name_, good,
+                        filmed(draw(moved(body, 2.0)), corpus_.folder(), 23, "ultrafast"));
+            corpus_.add("changed film body missing", name_, good,
+                        filmed(draw(without(body)), corpus_.folder(), 18, "veryfast"));
+        });
+        Drawing bright = base_;
+        bright.scene.light.sun_intensity *= 1.1;
+        corpus_.add("changed film sun 10 %", name_, good, filmed(draw(bright), corpus_.folder(), 18, "veryfast"));
+    }
+
+    void add_bodies() {
+        for_bodies(3, [&](std::size_t body) {
+            add("changed body moved 1 px", draw(moved(body, 1.0)));
+            add("changed body moved 2 px", draw(moved(body, 2.0)));
+            add("changed body missing", draw(without(body)));
+            Drawing d = base_;
+            std::swap(d.scene.bodies[body].look.color.x(), d.scene.bodies[body].look.color.z());
+            if ((d.scene.bodies[body].look.color - base_.scene.bodies[body].look.color).norm() > 0.1) {
+                add("changed body recoloured", draw(d));
+            }
+            if (base_.scene.joints.empty()) {
+                Image large = world_of(moved(body, 2.0), 4);
+                add("changed body moved 2 px in noise", sampled_text(large, [](int, int) { return true; }));
+            }
+        });
+    }
+
+    void add_light() {
+        for (const double factor : {0.98, 0.99, 1.01, 1.02}) {
+            Drawing d = base_;
+            d.scene.light.sun_intensity *= factor;
+            add(fmt::format("changed sun {:+.0f} %", 100 * (factor - 1)), draw(d));
+        }
+        Drawing d = base_;
+        d.scene.light.sky_intensity *= 1.03;
+        add("changed sky 3 %", draw(d));
+        add("changed one level up", each_channel(picture_, [](double v) { return v + 1; }));
+        add("changed gain 3 %", each_channel(picture_, [](double v) { return v * 1.03; }));
+        add("changed gamma", each_channel(picture_, [](double v) { return 255 * std::pow(v / 255, 1.03); }));
+    }
+
+    void add_sharpness() {
+        add("changed half resolution", with_text(half_resolution(world_of(base_, 1)), base_));
+        add("changed blur", filtered(picture_, 0.25, 0.125, 0.0625));
+        add("changed sharpened", filtered(picture_, 2.0, -0.25, 0.0));
+    }
+
+    void add_text() {
+        const auto retold = [&](const std::string& kind, const std::function<void(Drawing&)>& edit) {
+            Drawing d = base_;
+            edit(d);
+            const Image other = with_text(world_of(base_, 1), d);
+            add(kind, other);
+        };
+        retold("changed digit", [](Drawing& d) { d.snapshot.time += 0.01; });
+        retold("changed digit", [](Drawing& d) { d.snapshot.time += 0.05; });
+        retold("changed digit", [](Drawing& d) { d.snapshot.time += 3.0; });
+        retold("changed title", [](Drawing& d) { d.scene.title[d.scene.title.size() / 2] ^= 2; });
+        if (base_.scene.joints.empty()) {
+            Drawing d = base_;
+            d.snapshot.time += 0.03;
+            add("changed digit in noise", with_text(sampled(large_, 4, [](int x, int y) { return (x + y) % 2 == 0; }), d));
+        }
+        Image salt = picture_;
+        for (int i = 0; i < salt.width * salt.height / 1000; ++i) {
+            const auto pixel = random_() % static_cast<unsigned>(salt.width * salt.height);
+            std::fill_n(salt.rgb.begin() + static_cast<long>(pixel) * 3, 3, std::uint8_t{255});
+        }
+        add("changed salt", salt);
+        Image block = picture_;
+        const int x = static_cast<int>(random_() % static_cast<unsigned>(block.width - 8));
+        const int y = static_cast<int>(random_() % static_cast<unsigned>(block.height - 8));
+        for (int k = 0; k < 64; ++k) {
+            std::uint8_t* rgb = &block.rgb[static_cast<std::size_t>(((y + k / 8) * block.width + x + k % 8) * 3)];
+            std::fill_n(rgb, 3, static_cast<std::uint8_t>(rgb[1] ^ 0x40));
+        }
+        add("changed block of 8x8", block);
+    }
+
+    void add_view() {
+        for (const double px : {1.0, 3.0}) {
+            Drawing d = base_;
+            for (sim::CameraDef& camera : d.scene.cameras) {
+                camera.fov_degrees *= 1.0 + px / (0.35 * d.height);
+            }
+            add(fmt::format("changed view {:.0f} px", px), draw(d));
+        }
+    }
+
+private:
+    void add(const std::string& kind, const Image& other) { corpus_.add(kind, name_, picture_, other); }
+
+    Image sampled_text(const Image& large, const std::function<bool(int, int)>& takes) const {
+        return with_text(sampled(large, 4, takes), base_);
+    }
+
+    Drawing without(std::size_t body) const {
+        Drawing d = base_;
+        d.scene.bodies[body].look.visible = false;
+        return d;
+    }
+
+    /// A body moved by about so many pixels, across or up.
+    Drawing moved(std::size_t body, double px) const {
+        const Seen before = seen_bodies(base_)[body];
+        const sim::Vec3 way = body % 2 == 0 ? sim::Vec3::UnitX() : sim::Vec3::UnitZ();
+        double length = 1e-3;
+        for (int i = 0; i < 4; ++i) {
+            Drawing d = base_;
+            d.snapshot.bodies[body].position += length * way;
+            const Seen after = seen_bodies(d)[body];
+            const double shift = std::hypot(after.x - before.x, after.y - before.y);
+            length *= std::clamp(px / std::max(shift, 0.05), 0.2, 10.0);
+        }
+        Drawing d = base_;
+        d.snapshot.bodies[body].position += length * way;
+        return d;
+    }
+
+    /// Calls use(body) for some that move and are well seen.
+    void for_bodies(int count, const std::function<void(std::size_t)>& use) {
+        const std::vector<Seen> seen = seen_bodies(base_);
+        std::vector<std::size_t> bodies;
+        for (std::size_t i = 0; i < seen.size(); ++i) {
+            if (!base_.scene.bodies[i].is_static() && seen[i].pixels >= 60) {
+                bodies.push_back(i);
+            }
+        }
+        std::shuffle(bodies.begin(), bodies.end(), random_);
+        bodies.resize(std::min<std::size_t>(bodies.size(), static_cast<std::size_t>(count)));
+        std::for_each(bodies.begin(), bodies.end(), use);
+    }
+
+    Corpus& corpus_;
+    std::string name_;
+    Drawing base_;
+    std::mt19937 random_;
+    Image picture_;
+    Image large_;
+};
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc < 3) {
+        std::fprintf(stderr, "usage: judge_corpus FOLDER SCENE.toml...\n");
+        return 2;
+    }
+    Corpus corpus(argv[1]);
+    for (int i = 2; i < argc; ++i) {
+        const std::vector<std::string> text{"overlay.show=[\"title\",\"time\"]"};
+        const sim::SceneDef scene = sim::load_scene(argv[i], text);
+        sim::World world(scene, 1);
+        for (const auto& [time, height] : {std::pair{0.0, 360}, {0.3, 180}, {0.6, 360}}) {
+            while (world.time() < time) {
+                world.step();
+            }
+            Drawing drawing{scene, world.take_snapshot(), height * 16 / 9, height};
+            Pairs pairs(corpus, fs::path(argv[i]).stem().string(), drawing, static_cast<unsigned>(i * 10 + height));
+            pairs.add_noise();
+            pairs.add_films();
+            pairs.add_bodies();
+            pairs.add_light();
+            pairs.add_sharpness();
+            pairs.add_text();
+            pairs.add_view();
+        }
+    }
+    std::filesystem::remove(corpus.folder() / "film.mp4");
+    corpus.print();
+    return 0;
+}
