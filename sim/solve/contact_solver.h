@@ -79,10 +79,30 @@ public:
     std::span<const Pose> predicted() const { return predicted_; }   ///< at t0 + h
     /// Velocities at t0 itself, once the impulses are stored: with the share of them that acts before it (Verlet's half).
     std::span<const Velocity> find_velocity_at_node(const Bodies& bodies);
+    /// What it found last.
+    std::span<const Velocity> velocity_at_node() const { return at_node_; }
     int contact_count() const { return contact_count_; }
     Unsettled least_settled() { return loop_.least_settled(); }
 
+    /// Puts or gets what is planned, and what the next solve takes from this one beside the pairs' memory.
+    template <typename Archive>
+    void exchange_plan(Archive& archive) {
+        exchange_plan_of(*this, archive);
+    }
+    template <typename Archive>
+    void exchange_plan(Archive& archive) const {
+        exchange_plan_of(*this, archive);
+    }
+
 private:
+    template <typename Solver, typename Archive>
+    static void exchange_plan_of(Solver& solver, Archive& archive) {
+        archive(solver.velocity_);
+        archive(solver.at_node_);
+        archive(solver.predicted_);
+        archive(solver.joints_.mode());
+    }
+
     double part_of(double tolerance) const;
     void set_rules(const StepSettings& settings, double h);
     void find_solved_bodies(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const Joint> joints);

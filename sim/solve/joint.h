@@ -74,6 +74,10 @@ public:
     /// call, from the mode found in the last call. 0 before the first solve.
     double fastest_rate(const Bodies& bodies, std::span<const double> interval);
 
+    /// That mode: motions of all bodies, of which one is 1 m/s or 1 rad/s; empty before the first call.
+    std::vector<Velocity>& mode() { return mode_; }
+    const std::vector<Velocity>& mode() const { return mode_; }
+
     /// Applies the impulses that bring all rows to their targets at once. Returns the largest velocity change
     /// of a row [m/s].
     double solve(std::span<Velocity> velocity);

@@ -121,10 +121,16 @@ void WorldState::set_search_box(std::size_t i) {
     searched_reach[i] = search_reach(i);
     searched_pose[i] = bodies.pose[i];
     searched_pose[i].position -= search_drift;
-    boxes[i] = bounds(bodies.props[i].shape, searched_pose[i]);
+    boxes[i] = searched_box(i);
+}
+
+/// By where it was searched for.
+Bounds WorldState::searched_box(std::size_t i) const {
+    Bounds box = bounds(bodies.props[i].shape, searched_pose[i]);
     const Vec3 margin = Vec3::Constant(searched_reach[i] + 0.5 * margin_tolerances * settings.tolerance);
-    boxes[i].lower -= margin;
-    boxes[i].upper += margin;
+    box.lower -= margin;
+    box.upper += margin;
+    return box;
 }
 
 void WorldState::find_all_candidates() {
@@ -135,9 +141,14 @@ void WorldState::find_all_candidates() {
     for (std::size_t i = 0; i < reported_count; ++i) {
         set_search_box(i);
     }
+    searched_again = 0;
+    search();
+}
+
+/// All pairs whose search boxes overlap become candidates.
+void WorldState::search() {
     broad_phase.find_pairs(boxes, found_pairs);
     is_unseen.assign(reported_count, 1);
-    searched_again = 0;
     candidates.clear();
     free_slots.clear();
     axes.clear();
@@ -150,14 +161,15 @@ void WorldState::find_candidates_of_escaped() {
         return;
     }
     searched_again += escaped.size();
+    std::vector<char> has_moved_on(reported_count, 0);
     for (const int i : escaped) {
         set_search_box(static_cast<std::size_t>(i));
-        is_unseen[static_cast<std::size_t>(i)] = 1;
+        is_unseen[static_cast<std::size_t>(i)] = has_moved_on[static_cast<std::size_t>(i)] = 1;
     }
     std::erase_if(candidates, [&](const Candidate& candidate) {
         const auto& [pair, slot] = candidate;
         const bool is_old =
-            is_unseen[static_cast<std::size_t>(pair.a)] != 0 || is_unseen[static_cast<std::size_t>(pair.b)] != 0;
+            has_moved_on[static_cast<std::size_t>(pair.a)] != 0 || has_moved_on[static_cast<std::size_t>(pair.b)] != 0;
         if (is_old) {
             free_slots.push_back(slot);
         }

@@ -46,8 +46,11 @@ private:
 /// solver.velocity(). The velocity *at* the instant lies between them (Verlet): that is what a snapshot
 /// reports, so positions and velocities are both second order without another solve.
 struct WorldState {
+    /// As the scene's text has it: begin() or resume() is next.
     WorldState(const SceneDef& scene, int threads);
 
+    void begin();
+    void resume();
     StepReport step();
     void move(StepReport& report);
     Vec3 search_drift_in(double t) const;
@@ -59,6 +62,8 @@ struct WorldState {
     void find_candidates_of_escaped();
     double search_reach(std::size_t i) const;
     void set_search_box(std::size_t i);
+    Bounds searched_box(std::size_t i) const;
+    void search();
     void add_candidates();
     /// Bodies that may touch in the step.
     struct NearPair {

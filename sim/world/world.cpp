@@ -93,6 +93,11 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     settings.impacts = impact_handling(scene);
     contact_solver.set_workers(&workers);
     collision_solver.set_workers(&workers);
+}
+
+/// Contacts and plan of the first step.
+void WorldState::begin() {
+    const StepSettings asked = settings;
     StepReport report;
     find_contacts(report);
     resolve_collisions(report);
@@ -100,8 +105,7 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     settings.velocity_tolerance = std::min(settings.velocity_tolerance, first_tolerance);
     settings.iteration_limit = std::max(settings.iteration_limit, first_limit);
     plan(report);
-    settings.velocity_tolerance = scene.step.velocity_tolerance;
-    settings.iteration_limit = scene.step.iteration_limit;
+    settings = asked;
     begun_at_limit = report.at_iteration_limit;
     velocity_at_node = contact_solver.find_velocity_at_node(bodies);
     energy.start(bodies, velocity_at_node, settings);
@@ -384,7 +388,10 @@ Snapshot WorldState::take_snapshot(ContactDetail contacts) const {
     return snapshot;
 }
 
-World::World(const SceneDef& scene, int threads) : state_(std::make_unique<WorldState>(scene, threads)) {}
+World::World(const SceneDef& scene, int threads) : World(std::make_unique<WorldState>(scene, threads)) {
+    state_->begin();
+}
+World::World(std::unique_ptr<WorldState> state) : state_(std::move(state)) {}
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;

@@ -5,15 +5,21 @@
 #include "sim/model/snapshot.h"
 
 #include <memory>
+#include <vector>
 
 namespace sim {
 
 struct WorldState;
+class ByteReader;
+class ByteWriter;
 
 class World {
 public:
     /// threads >= 1: the result does not depend on it.
     explicit World(const SceneDef& scene, int threads = 1);
+    /// The world of this scene that was saved: all further steps are those that it would have made. Throws Error (io) if
+    /// there are too few bytes; they are trusted otherwise.
+    static World restored(const SceneDef& scene, int threads, ByteReader& from);
     ~World();
     World(World&&) noexcept;
     World& operator=(World&&) noexcept;
@@ -21,6 +27,9 @@ public:
     /// Advances by one time step. Throws Error (stopped) with body, step and stage when a state is not
     /// finite.
     StepReport step();
+
+    /// All that further steps depend on, between two of them. Only the same build of the program understands it.
+    void save(ByteWriter& to) const;
 
     std::int64_t step_index() const;
     /// t = step_index * h, never accumulated [s].
@@ -34,6 +43,8 @@ public:
     std::vector<ContactSnapshot> take_impacts();
 
 private:
+    explicit World(std::unique_ptr<WorldState> state);
+
     std::unique_ptr<WorldState> state_;
 };
 
