@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace cmd {
 
@@ -76,8 +77,13 @@ void require_no_settings(const Options& options) {
                finds);
     }
     constexpr const char* whole = "runs the whole scene several times";
-    if (!options.frames.empty() || options.is_resumed || is_elsewhere(options.placement)) {
-        refuse(!options.frames.empty() ? "--frames" : options.is_resumed ? "--resume" : "--on", whole);
+    for (const auto& [is_given, option] :
+         {std::pair(!options.frames.empty(), "--frames"), std::pair(options.is_resumed, "--resume"),
+          std::pair(options.checkpoint_period.has_value(), "--checkpoint"),
+          std::pair(is_elsewhere(options.placement), "--on")}) {
+        if (is_given) {
+            refuse(option, whole);
+        }
     }
 }
 

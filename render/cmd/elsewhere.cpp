@@ -158,6 +158,15 @@ BatchStage draw_stage(const ClusterFilm& film, const Options& options, const std
     return stage;
 }
 
+/// The simulation goes on from a checkpoint, unless that is of another scene or program, or damaged.
+void forget_other_checkpoint(const Workplace& workplace, const sim::SceneDef& scene) {
+    try {
+        read_checkpoint(workplace.folder(), scene);
+    } catch (const Error&) {
+        workplace.remove_file(checkpoint_name);
+    }
+}
+
 /// Makes the folder ready, as a run here would, and says what is to be done.
 Batch batch_of(const ClusterFilm& film, const Options& options, const std::string& words) {
     Batch batch{.name = film.scene.name, .folder = film.folder};
@@ -170,6 +179,7 @@ Batch batch_of(const ClusterFilm& film, const Options& options, const std::strin
     }
     if (simulates || has_other_frames(film.scene, film.folder)) {
         const Workplace workplace(film.folder, run_names(film.scene.name));
+        forget_other_checkpoint(workplace, film.scene);
         forget_products(workplace, film.scene.name, false);
         remove_pictures(workplace);
     }
@@ -241,7 +251,7 @@ void run_scenes_elsewhere(const std::vector<sim::SceneDef>& scenes, const Option
             throw Error(ExitCode::usage, "--on slurm reads scenes on the cluster: expected a file, not standard input");
         }
         ClusterFilm film{.scene = scenes[i], .folder = folder, .trajectory = folder / "trajectory.h5"};
-        film.simulate = fmt::format("{} simulate {} --out {}{} {} --threads \"$cores\" --quiet", program_word(),
+        film.simulate = fmt::format("{} simulate {} --out {}{} {} --threads \"$cores\" --resume --quiet", program_word(),
                                     shell_word(options.inputs[i]), out_word(folder), scene_words(options),
                                     options.is_strict ? "--strict" : "--no-strict");
         films.push_back(std::move(film));

@@ -127,7 +127,6 @@ void add_frame_options(CLI::App& verb, Options& options) {
         ->type_name("A:B");
     verb.add_flag("--body-ids", options.has_body_ids,
                   "Beside each frame which body each pixel shows: tumble compare then names bodies");
-    verb.add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
     add_gl_option(verb, options.gl);
     add_placement_options(verb, options.placement);
     verb.add_option("--slices", options.placement.slices,
@@ -136,6 +135,16 @@ void add_frame_options(CLI::App& verb, Options& options) {
         ->check(whole_number(1, 1000));
     verb.add_flag("--portable", options.is_portable,
                   "The same pictures on processors with and without fused multiply-add; slower");
+}
+
+void add_checkpoint_options(CLI::App& verb, Options& options) {
+    verb.add_flag("--resume", options.is_resumed,
+                  "Goes on after an interruption, from the last checkpoint of the simulation; whole frames are kept");
+    verb.add_option("--checkpoint", options.checkpoint_period,
+                    "Seconds of work from checkpoint to checkpoint; 30, or more where that is "
+                    "less than a hundred times what one takes to write")
+        ->type_name("S")
+        ->check(number_from(0.0, 1e6));
 }
 
 void add_gl_option(CLI::App& verb, std::string& gl) {

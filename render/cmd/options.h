@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,7 +40,8 @@ struct Options {
     double poster_time = -1.0; ///< [s]; negative: no poster
     int sheet_count = 0;       ///< frames on a sheet; 0: no sheet
     bool has_animation = false;
-    bool is_resumed = false;   ///< whole frames of an earlier run stay
+    bool is_resumed = false;   ///< whole frames of an earlier run stay, and its simulation goes on
+    std::optional<double> checkpoint_period; ///< [s] of work; see Simulation::record_to()
     bool has_body_ids = false; ///< which body each pixel shows, beside the frames
     std::string gl;            ///< what draws; empty: what the scene says
     bool is_portable = false;  ///< pictures as processors without fused multiply-add draw them
@@ -72,7 +74,9 @@ FrameRange frame_range(const Options& options, std::int64_t frame_count);
 void add_options(CLI::App& verb, Options& options, Changes changes);
 /// --progress and --quiet.
 void add_progress_options(CLI::App& verb, Options& options);
-/// --frames, --resume, --gl, --portable and where the work is done.
+/// --resume of a simulation, and how often it keeps a checkpoint.
+void add_checkpoint_options(CLI::App& verb, Options& options);
+/// --frames, --gl, --portable and where the work is done.
 void add_frame_options(CLI::App& verb, Options& options);
 /// --gl alone.
 void add_gl_option(CLI::App& verb, std::string& gl);

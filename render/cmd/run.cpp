@@ -175,8 +175,12 @@ std::string run_scene(Task& task, const Options& options, bool has_pictures) {
         world.emplace(scene, thread_count(options));
     }
     const Workplace workplace(folder, run_names(scene.name));
+    std::optional<Checkpoint> checkpoint = options.is_resumed ? read_checkpoint(folder, scene) : std::nullopt;
+    if (checkpoint) {
+        scene.overrides = checkpoint->overrides; // which mean the same
+    }
     const bool has_png = has_pictures && !options.no_png;
-    const auto forget = [&] { forget_run(workplace, scene.name); };
+    const auto forget = [&] { forget_run(workplace, scene.name, checkpoint.has_value()); };
     if (has_png) {
         prepare_frames(workplace, scene, options.is_resumed, forget);
     }
@@ -201,7 +205,11 @@ std::string run_scene(Task& task, const Options& options, bool has_pictures) {
         simulation->finish_record();
     } else {
         simulation = std::make_unique<Simulation>(scene, std::move(*world), film.get());
+        if (checkpoint) {
+            simulation->go_on_from(std::move(*checkpoint), thread_count(options));
+        }
         simulation->record_to(folder / trajectory_name);
+        simulation->keep_checkpoints(folder, options.checkpoint_period);
         work(*simulation, film.get(), {0, frame_count_of(scene)}, scene.name, workplace, progress_style(options));
     }
 
@@ -223,6 +231,8 @@ std::string run_scene(Task& task, const Options& options, bool has_pictures) {
     }
     summary.wall_time = std::chrono::duration<double>(Clock::now() - start).count();
     sim::write_file(folder / summary_name, sim::summary_to_json(scene, summary));
+    workplace.remove_file(checkpoint_name);
+    workplace.remove_file(states_name);
     if (!options.is_quiet) {
         print_result(scene, summary, has_pictures, folder);
     }
@@ -307,9 +317,6 @@ void run_all(const Options& options, bool has_pictures) {
 void run_scenes(const Options& options) {
     if (!options.frames.empty() && options.no_png) {
         throw Error(ExitCode::usage, "--frames makes PNG files only: --no-png leaves nothing to make");
-    }
-    if (options.is_resumed && options.no_png) {
-        throw Error(ExitCode::usage, "--resume keeps PNG files: it has no use with --no-png");
     }
     stills_of(options); // refused before anything is made
     run_all(options, !options.no_png || !options.no_video);

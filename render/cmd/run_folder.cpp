@@ -49,11 +49,13 @@ void require_same_simulation(const fs::path& folder, const fs::path& trajectory)
     }
 }
 
-void forget_run(const Workplace& workplace, const std::string& scene) {
+void forget_run(const Workplace& workplace, const std::string& scene, bool keeps_checkpoint) {
     diff::forget_in_gallery(workplace.folder());
     workplace.remove_file(summary_name); // first: it lists the others
     for (const std::string& name : run_names(scene)) {
-        workplace.remove_file(name);
+        if (!keeps_checkpoint || (name != checkpoint_name && name != states_name)) {
+            workplace.remove_file(name);
+        }
     }
 }
 

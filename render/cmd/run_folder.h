@@ -13,8 +13,9 @@ namespace cmd {
 /// Throws Error: usage if the folder holds another simulation than this trajectory, io if its summary is damaged.
 void require_same_simulation(const std::filesystem::path& folder, const std::filesystem::path& trajectory);
 
-/// Before a run: removes all that an earlier one has left but its frames. Throws Error (io).
-void forget_run(const Workplace& workplace, const std::string& scene);
+/// Before a run: removes all that an earlier one has left but its frames, and its checkpoint if that is gone on from.
+/// Throws Error (io).
+void forget_run(const Workplace& workplace, const std::string& scene, bool keeps_checkpoint = false);
 
 /// Before pictures change: film and stills are removed, and the summary lists the trajectory only, and frames if they
 /// stay. Throws Error (io).

@@ -1,5 +1,6 @@
 #include "render/cmd/simulation.h"
 
+#include "sim/base/bytes.h"
 #include "sim/model/film_clock.h"
 #include "sim/model/interpolate.h"
 #include "sim/scene/overlap.h"
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <ctime>
 #include <memory>
 #include <utility>
@@ -15,6 +17,10 @@
 namespace cmd {
 
 namespace {
+
+/// From checkpoint to checkpoint [s] of work: little is lost. And the most [-] of a run that they may take.
+constexpr double usual_period = 30.0;
+constexpr double most_share = 0.01;
 
 /// Processor time of this thread [s].
 double thread_time() {
@@ -49,14 +55,69 @@ void Simulation::keep_states(std::int64_t steps_between, int count) {
     kept_count_ = static_cast<std::size_t>(count);
 }
 
-void Simulation::advance(const render::ThreadGroup& threads) {
-    summary_.start = sim::mechanics(scene_, world_.take_snapshot());
-    if (!record_state()) {
-        return;
+void Simulation::keep_checkpoints(const std::filesystem::path& folder, std::optional<double> checkpoint_period) {
+    folder_ = folder;
+    checkpoint_period_ = checkpoint_period;
+    next_checkpoint_ = processor_time_ + checkpoint_period.value_or(usual_period);
+    checkpoints_.emplace(folder, scene_, from_ ? &*from_ : nullptr);
+}
+
+/// What a checkpoint holds beside the world: one list for both directions.
+template <typename Archive, typename Self>
+void Simulation::exchange(Archive& archive, Self& self) {
+    archive(self.summary_.start);
+    archive(self.summary_.totals);
+    archive(self.processor_time_);
+    for (auto* miss : {&self.overlap_, &self.unconverged_}) {
+        archive(miss->amount);
+        archive(miss->time);
+        archive(miss->bodies);
     }
+    archive(self.unsettled_);
+    archive(self.is_out_of_work_);
+}
+
+void Simulation::go_on_from(Checkpoint checkpoint, int threads) {
+    from_ = std::move(checkpoint);
+    sim::ByteReader reader(std::string_view(from_->bytes).substr(from_->state));
+    exchange(reader, *this);
+    world_ = sim::World::restored(scene_, threads, reader);
+    if (contacts_ == sim::ContactDetail::all) {
+        world_.record_impacts();
+    }
+    from_->bytes.clear();
+    steps_done_ = world_.step_index();
+}
+
+void Simulation::make_checkpoint() {
+    const auto begin = std::chrono::steady_clock::now();
+    checkpoints_->write([this](sim::ByteWriter& bytes) {
+        exchange(bytes, std::as_const(*this));
+        world_.save(bytes);
+    });
+    const double taken = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    next_checkpoint_ = processor_time_ + checkpoint_period_.value_or(std::max(usual_period, taken / most_share));
+}
+
+/// The first state, or all up to the checkpoint, go to trajectory and film. False once the film stops.
+bool Simulation::begin(const render::ThreadGroup& threads) {
+    if (!from_) {
+        summary_.start = sim::mechanics(scene_, world_.take_snapshot());
+        return record_state();
+    }
+    bool goes_on = true;
+    read_states(folder_, *from_, [&](sim::Snapshot state) {
+        goes_on = !threads.is_stopping() && hand_on(std::move(state));
+        return goes_on;
+    });
+    return goes_on;
+}
+
+/// All steps; false if it was stopped before the last of them.
+bool Simulation::make_steps(const render::ThreadGroup& threads) {
     while (world_.step_index() < last_step_) {
         if (threads.is_stopping()) {
-            return;
+            return false;
         }
         const double before = thread_time();
         const sim::StepReport report = world_.step();
@@ -64,8 +125,24 @@ void Simulation::advance(const render::ThreadGroup& threads) {
         judge(report);
         ++steps_done_;
         if (!record_state()) {
-            return;
+            return false;
         }
+        if (checkpoints_ && processor_time_ >= next_checkpoint_) {
+            make_checkpoint();
+        }
+    }
+    return true;
+}
+
+void Simulation::advance(const render::ThreadGroup& threads) {
+    if (!begin(threads)) {
+        return;
+    }
+    if (!make_steps(threads)) {
+        if (checkpoints_) {
+            make_checkpoint();
+        }
+        return;
     }
     if (film_ != nullptr) {
         film_->close();
@@ -89,7 +166,7 @@ void Simulation::finish_record() {
 void Simulation::judge(const sim::StepReport& report) {
     summary_.totals.add(report, scene_.step.tolerance);
     if (report.max_penetration > std::max(scene_.step.tolerance, overlap_.amount)) {
-        overlap_ = {report.max_penetration, world_.time(), world_.take_snapshot()};
+        overlap_ = {report.max_penetration, world_.time(), world_.take_snapshot().bodies};
     }
     if (report.at_iteration_limit && report.residual >= unconverged_.amount) {
         unconverged_ = {report.residual, world_.time(), {}};
@@ -106,7 +183,7 @@ std::string Simulation::missed_promise() const {
     if (overlap_.amount > 0.0) {
         sim::SceneDef then = scene_;
         for (std::size_t i = 0; i < then.bodies.size(); ++i) {
-            then.bodies[i].pose = {overlap_.state.bodies[i].position, overlap_.state.bodies[i].orientation};
+            then.bodies[i].pose = {overlap_.bodies[i].position, overlap_.bodies[i].orientation};
         }
         const std::optional<sim::StartOverlap> found = sim::find_start_overlap(then);
         return fmt::format("at {:.6g} s {} overlap by {:.3g} m, expected at most the tolerance, {:g} m; {} of {} "
@@ -134,9 +211,22 @@ std::string Simulation::missed_promise() const {
     return {};
 }
 
-bool Simulation::is_shown_now(std::int64_t frame) const {
+bool Simulation::is_shown_at(std::int64_t frame, std::int64_t step) const {
     const sim::FrameInstant instant = sim::frame_instant(scene_, frame);
-    return instant.step + (instant.share > 0.0 ? 1 : 0) == world_.step_index();
+    return instant.step + (instant.share > 0.0 ? 1 : 0) == step;
+}
+
+Simulation::Use Simulation::use_of(std::int64_t step) const {
+    std::int64_t next = next_frame_;
+    while (next < frames_.end && is_shown_at(next, step)) {
+        ++next;
+    }
+    Use use;
+    use.is_shown = next > next_frame_;
+    use.is_before = next < frames_.end && sim::frame_instant(scene_, next).step == step;
+    const int every = scene_.output.record_every;
+    use.is_record = every > 0 ? step % every == 0 : use.is_shown || use.is_before;
+    return use;
 }
 
 bool Simulation::record_state() {
@@ -144,39 +234,39 @@ bool Simulation::record_state() {
     if (steps_between_ > 0 && step % steps_between_ == 0 && kept_states_.size() < kept_count_) {
         kept_states_.push_back(world_.take_snapshot());
     }
-    std::int64_t next = next_frame_;
-    while (next < frames_.end && is_shown_now(next)) {
-        ++next;
-    }
-    const bool is_shown = next > next_frame_;
-    const bool is_before = next < frames_.end && sim::frame_instant(scene_, next).step == step;
-    const int every = scene_.output.record_every;
-    const bool is_record = every > 0 ? step % every == 0 : is_shown || is_before;
-    if (!is_record && !is_shown && !is_before) {
+    if (!use_of(step).is_any()) {
         return true;
     }
     sim::Snapshot state = world_.take_snapshot(contacts_);
     state.impacts = world_.take_impacts();
+    if (checkpoints_) {
+        checkpoints_->add(state);
+    }
+    return hand_on(std::move(state));
+}
+
+bool Simulation::hand_on(sim::Snapshot state) {
     const auto snapshot = std::make_shared<const sim::Snapshot>(std::move(state));
-    if (has_law_ && is_shown) {
+    const Use use = use_of(snapshot->step);
+    if (has_law_ && use.is_shown) {
         law_states_.push_back(*snapshot);
     }
-    if (is_record && trajectory_) {
+    if (use.is_record && trajectory_) {
         trajectory_->append(*snapshot);
     }
-    if (is_record && film_ != nullptr) {
+    if (use.is_record && film_ != nullptr) {
         film_->observe(*snapshot);
     }
     if (!show(snapshot)) {
         return false;
     }
-    before_ = is_before ? snapshot : nullptr;
+    before_ = use.is_before ? snapshot : nullptr;
     return true;
 }
 
 bool Simulation::show(const std::shared_ptr<const sim::Snapshot>& snapshot) {
     // A step longer than a frame is shown by several.
-    for (; next_frame_ < frames_.end && is_shown_now(next_frame_); ++next_frame_) {
+    for (; next_frame_ < frames_.end && is_shown_at(next_frame_, snapshot->step); ++next_frame_) {
         const double share = sim::frame_instant(scene_, next_frame_).share;
         const auto shown = share > 0.0
                                ? std::make_shared<const sim::Snapshot>(sim::interpolated(*before_, *snapshot, share))

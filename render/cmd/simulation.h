@@ -1,5 +1,6 @@
 #pragma once
 /// One scene on its way from state 0 to the end of the film, or to the last frame of a slice.
+#include "render/cmd/checkpoint.h"
 #include "render/cmd/options.h"
 #include "render/film/film.h"
 #include "render/film/thread_group.h"
@@ -31,6 +32,12 @@ public:
     /// The states of every so many steps are kept, `count` of them, the start being the first; the record gets its name by
     /// finish_record() then.
     void keep_states(std::int64_t steps_between, int count);
+    /// Before record_to() and keep_checkpoints(): advance() goes on from a checkpoint. threads: of the simulation. Throws
+    /// Error (io).
+    void go_on_from(Checkpoint checkpoint, int threads);
+    /// A checkpoint is kept in the folder every so many seconds of work [s]; none given: such that checkpoints take less
+    /// than a hundredth of the time. Throws Error (io).
+    void keep_checkpoints(const std::filesystem::path& folder, std::optional<double> checkpoint_period);
     /// The film begins with the first of these frames, and the simulation ends with the last of them.
     void restrict_to(const FrameRange& frames);
 
@@ -58,14 +65,29 @@ private:
     struct Miss {
         double amount = 0.0; ///< [m]; 0: there was none
         double time = 0.0;   ///< [s] at its end
-        sim::Snapshot state; ///< then
+        std::vector<sim::BodySnapshot> bodies; ///< then
     };
+    template <typename Archive, typename Self>
+    static void exchange(Archive& archive, Self& self);
+    bool begin(const render::ThreadGroup& threads);
+    bool make_steps(const render::ThreadGroup& threads);
+    void make_checkpoint();
     /// Keeps the step in mind if it is the worst so far.
     void judge(const sim::StepReport& report);
     /// Hands the present state to trajectory and film, where it is one of theirs. False once the film stops.
     bool record_state();
-    /// True if frame `frame` shows the present state, or one between it and the state before.
-    bool is_shown_now(std::int64_t frame) const;
+    /// What the state at a step serves.
+    struct Use {
+        bool is_shown = false;  ///< by the next frame, itself or as the later of two states
+        bool is_before = false; ///< as the earlier of two states that a frame lies between
+        bool is_record = false; ///< of the trajectory
+        bool is_any() const { return is_shown || is_before || is_record; }
+    };
+    Use use_of(std::int64_t step) const;
+    /// A state of trajectory or film. False once the film stops.
+    bool hand_on(sim::Snapshot state);
+    /// True if frame `frame` shows the state at `step`, or one between it and the state before.
+    bool is_shown_at(std::int64_t frame, std::int64_t step) const;
     /// Hands on the frames that are shown now. False once the film stops.
     bool show(const std::shared_ptr<const sim::Snapshot>& snapshot);
 
@@ -73,6 +95,11 @@ private:
     sim::World world_;
     render::Film* film_;
     std::optional<sim::TrajectoryWriter> trajectory_;
+    std::filesystem::path folder_;         ///< of trajectory and checkpoints
+    std::optional<Checkpoint> from_;       ///< that advance() goes on from
+    std::optional<CheckpointWriter> checkpoints_;
+    std::optional<double> checkpoint_period_; ///< [s]
+    double next_checkpoint_ = 0.0;         ///< processor_time_ at which it is made [s]
     FrameRange frames_;
     std::int64_t last_step_;
     sim::ContactDetail contacts_; ///< that the pictures show

@@ -31,9 +31,9 @@ void supervise(render::ThreadGroup& threads, Progress& progress, const std::func
         const bool have_stopped = threads.wait_for(supervisor_patience);
         progress.clear();
         const std::string message =
-            workplace.has_frames()
+            workplace.has_frames() || workplace.has_checkpoint()
                 ? fmt::format(
-                      "interrupted; whole frames are kept in {}: the same command with --resume goes on",
+                      "interrupted; what is done is kept in {}: the same command with --resume goes on",
                       workplace.folder().string())
                 : "interrupted; nothing is kept";
         if (!have_stopped) {

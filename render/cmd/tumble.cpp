@@ -168,17 +168,20 @@ int run_program(int argc, char** argv) {
     using enum cmd::Changes;
     CLI::App* run = add_verb(app, "run", "Simulate, draw and encode: DIR/<scene>/", options, everything);
     cmd::add_frame_options(*run, options);
+    cmd::add_checkpoint_options(*run, options);
     cmd::add_still_options(*run, options);
     cmd::add_strict_option(*run, options);
     cmd::add_search_options(*run, options);
     scenes(run, cmd::run_scenes);
     CLI::App* simulate = add_verb(app, "simulate", "No pictures: trajectory and summary", options, everything);
+    cmd::add_checkpoint_options(*simulate, options);
     cmd::add_strict_option(*simulate, options);
     cmd::add_search_options(*simulate, options);
     scenes(simulate, cmd::simulate_scenes);
     CLI::App* render =
         add_verb(app, "render", "Pictures and film of an earlier simulation", options, only_output);
     cmd::add_frame_options(*render, options);
+    render->add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
     cmd::add_still_options(*render, options);
     render->add_option("TRAJECTORY", options.inputs, "A trajectory.h5")->required()->type_name("");
     render->final_callback([&options] { cmd::render_trajectory(options); });

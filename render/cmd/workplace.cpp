@@ -98,7 +98,7 @@ std::vector<std::string> product_names(const std::string& scene) {
 
 std::vector<std::string> run_names(const std::string& scene) {
     std::vector<std::string> names = product_names(scene);
-    names.insert(names.end(), {trajectory_name, summary_name});
+    names.insert(names.end(), {trajectory_name, summary_name, checkpoint_name, states_name});
     return names;
 }
 
@@ -152,6 +152,11 @@ void Workplace::remove_file(const std::string& name) const {
     }
 }
 
+bool Workplace::has_checkpoint() const {
+    std::error_code error;
+    return fs::exists(folder_ / checkpoint_name, error);
+}
+
 bool Workplace::has_frames() const {
     std::error_code error;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / "frames", error)) {
@@ -173,6 +178,9 @@ void Workplace::remove_parts() const noexcept {
         fs::remove(sim::part_path(folder_ / "frames" / "run.json"));
         remove_frame_parts(folder_ / "frames");
         remove_frame_parts(folder_);
+        if (std::ranges::find(names_, states_name) != names_.end() && !has_checkpoint()) {
+            fs::remove(folder_ / states_name);
+        }
     } catch (const std::exception&) {
         // A part file that will not go harms nobody: it is written over, or seen as what it is.
     }

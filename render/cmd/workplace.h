@@ -12,6 +12,9 @@ namespace cmd {
 /// Files of a run beside its frames: trajectory, summary, film and stills. Relative to its folder.
 inline constexpr const char* trajectory_name = "trajectory.h5";
 inline constexpr const char* summary_name = "summary.json";
+/// Beside them until the run is whole; see checkpoint.h.
+inline constexpr const char* checkpoint_name = "checkpoint.bin";
+inline constexpr const char* states_name = "checkpoint.states";
 std::string film_name(const std::string& scene);
 /// Film and stills.
 std::vector<std::string> product_names(const std::string& scene);
@@ -56,6 +59,7 @@ public:
     Workplace(const std::filesystem::path& folder, std::vector<std::string> names, Sharing sharing = Sharing::alone);
     Workplace(const Workplace&) = delete;
     Workplace& operator=(const Workplace&) = delete;
+    ~Workplace() { remove_parts(); }
 
     const std::filesystem::path& folder() const { return folder_; }
 
@@ -66,9 +70,11 @@ public:
     void remove_frames() const;
     /// Removes a file of an earlier run, if there is one. Throws Error (io).
     void remove_file(const std::string& name) const;
+    /// True if an interrupted simulation can go on.
+    bool has_checkpoint() const;
     /// True if frames/ has one.
     bool has_frames() const;
-    /// Removes files that are not whole, unless others may be writing them.
+    /// Removes files that are not whole, and states that no checkpoint tells of, unless others may be writing them.
     void remove_parts() const noexcept;
 
 private:

@@ -38,3 +38,6 @@ mkdir damaged_resume && cp -r damaged_run damaged_resume/block
 printf 'v 0 0 \0 0\n' >zero.obj
 printf "$hull" zero.obj >zero.toml
 head -c 1500 out/block/block.mp4 >short.mp4
+"$TUMBLE" simulate block.toml --out stopped --duration 10000 --checkpoint 0 --quiet & process=$!
+until [ -e stopped/block/checkpoint.bin ]; do sleep 0.02; done
+kill -KILL $process; wait $process || true

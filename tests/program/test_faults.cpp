@@ -353,6 +353,6 @@ TEST_F(faults, an_interrupt_ends_a_run_within_a_second) {
     EXPECT_EQ(outcome.code, 130);
     EXPECT_EQ(
         outcome.err,
-        "tumble: interrupted; whole frames are kept in out/funnel: the same command with --resume goes on\n");
+        "tumble: interrupted; what is done is kept in out/funnel: the same command with --resume goes on\n");
     RecordProperty("tenths_of_a_second", outcome.out);
 }

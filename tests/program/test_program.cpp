@@ -300,7 +300,7 @@ TEST_F(program, interruption_keeps_whole_frames_only) {
         EXPECT_NE(outcome.err.find("tumble: interrupted; "), std::string::npos) << outcome.err;
         int frames = 0;
         for (const std::string& file : files_in("out/block")) {
-            if (file == "frames/run.json") {
+            if (file == "frames/run.json" || file.starts_with("checkpoint.")) {
                 continue;
             }
             EXPECT_TRUE(file.starts_with("frames/frame_") && file.ends_with(".png")) << file;
@@ -311,13 +311,14 @@ TEST_F(program, interruption_keeps_whole_frames_only) {
     }
 }
 
-TEST_F(program, an_interrupted_simulation_keeps_nothing) {
+TEST_F(program, an_interrupted_simulation_keeps_a_checkpoint_only) {
     const Outcome outcome = shell("\"$TUMBLE\" simulate block.toml --duration 10000 --quiet & process=$!\n"
                                   "until [ -e out/block/trajectory.h5.part ]; do sleep 0.02; done\n"
                                   "kill -TERM $process; wait $process");
     EXPECT_EQ(outcome.code, 130);
-    EXPECT_EQ(outcome.err, "tumble: interrupted; nothing is kept\n");
-    EXPECT_TRUE(files_in("out/block").empty());
+    EXPECT_EQ(outcome.err,
+              "tumble: interrupted; what is done is kept in out/block: the same command with --resume goes on\n");
+    EXPECT_EQ(files_in("out/block"), (std::set<std::string>{"checkpoint.bin", "checkpoint.states"}));
 }
 
 TEST_F(program, a_second_run_into_the_same_folder_is_refused) {
