@@ -101,6 +101,7 @@ private:
         archive(solver.at_node_);
         archive(solver.predicted_);
         archive(solver.joints_.mode());
+        archive(solver.has_doubtful_memory_);
     }
 
     double part_of(double tolerance) const;
@@ -119,6 +120,7 @@ private:
     double work_on_batches(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity,
                            const unsigned* only = nullptr);
 
+    void scale_warm_start(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     void predict(const Bodies& bodies);
     double measure(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     double measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs);
@@ -155,6 +157,9 @@ private:
     std::vector<char> is_hit_;       ///< [body_count] by a speculative impact
     std::vector<double> radius_;     ///< [m] of the bodies around their centres of mass; static: 0
     std::vector<unsigned> unsure_;   ///< lanes of the batches that are to be measured again
+    bool converged_ = true;            ///< the last solve
+    bool has_doubtful_memory_ = false; ///< what was stored last is of a solve that did not converge
+    bool doubts_guess_ = false;        ///< and this interval's solve has not looked yet at what to take of it
     bool all_in_solve_ = true;       ///< no contact was left out or dropped
     std::vector<Pose> predicted_;
     std::vector<PlacedBody> placed_; ///< the same, with rotation matrices

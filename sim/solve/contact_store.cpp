@@ -41,6 +41,7 @@ void ContactSolver::find_hit_bodies(const Bodies& bodies) {
 
 void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs,
                              std::span<JointMemory> joint_memory) {
+    has_doubtful_memory_ = !converged_;
     for (PairContacts& pair : pairs) {
         for (std::size_t i = 0; !all_in_solve_ && i < pair.memory.size(); ++i) {
             ContactMemory& memory = pair.memory[i];

@@ -44,6 +44,7 @@ struct RestRules {
     double limit = 0.0;              ///< [-] friction beyond this share of mu p_n is at its limit
     double slip_tolerance = 0.0;     ///< [m]
     double gravity[3] = {0.0, 0.0, 0.0};
+    double weight = 0.0; ///< [m/s^2] its size
     bool warm_start = true;
 };
 

@@ -62,4 +62,30 @@ TEST(law_energy, what_a_rolling_top_gains_at_long_steps_is_told) {
     EXPECT_GT(told, 0.3 * gained / kinetic);
 }
 
+/// Steps far too long with far too few sweeps leave overlaps, but throw nothing: what a solve has left is neither taken for a
+/// guess that makes it worse, nor pushed apart at once.
+TEST(law_energy, too_few_sweeps_throw_nothing) {
+    for (const auto& [tolerance, limit] : {std::pair(0.25, 20), std::pair(0.5, 8), std::pair(0.5, 4)}) {
+        sim::SceneDef scene = film("funnel");
+        scene.step.time_step = {1, 60};
+        scene.step.tolerance = 1e-2;
+        scene.step.velocity_tolerance = tolerance;
+        scene.step.iteration_limit = limit;
+        sim::World world(scene);
+        double fastest = 0.0, gain = 0.0;
+        run(world, scene, 1.8, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+            for (const sim::BodySnapshot& body : s.bodies) {
+                fastest = std::max(fastest, body.velocity.norm());
+            }
+            gain = std::max(gain, report.energy_gain);
+            return true;
+        });
+        const std::string name = fmt::format("funnel at 1/60 s, {} sweeps", limit);
+        record({name, "fastest cube in 1.8 s, the fall gives 18 [m/s]", 1.0 / 60.0, fastest, 25.0});
+        record({name, "gain of energy in 1.8 s [-]", 1.0 / 60.0, gain, 0.05});
+        EXPECT_LT(fastest, 25.0) << name;
+        EXPECT_LT(gain, 0.05) << name;
+    }
+}
+
 } // namespace
