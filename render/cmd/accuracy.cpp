@@ -116,6 +116,7 @@ std::unique_ptr<Simulation> simulate_to_accuracy(const std::string& input, sim::
         processor_time += simulation->processor_time();
         is_done = search.add({simulation->take_kept_states()});
     }
+    simulation->finish_record();
     result = result_of(search, processor_time);
     return simulation;
 }

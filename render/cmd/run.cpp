@@ -165,13 +165,46 @@ struct Task {
     sim::BudgetResult budget{};
 };
 
+/// What the run has made, once its simulation and film have ended.
+sim::Summary summary_of(const Task& task, const Simulation& simulation, const render::Film* film, const Options& options) {
+    sim::Summary summary = simulation.summary();
+    summary.threads = thread_count(options);
+    summary.preset = preset_result(task.scene, simulation, options);
+    summary.budget = task.budget;
+    summary.files.push_back(sim::describe_file(task.folder, trajectory_name));
+    if (film != nullptr && !options.no_png) {
+        summary.files.push_back(sim::describe_file(task.folder, run_record_name));
+    }
+    if (film != nullptr) {
+        add_pictures(task.scene, *film, summary);
+    }
+    const auto frame_path = [&](std::int64_t frame) { return task.folder / render::frame_file_name(frame); };
+    for (const sim::WrittenFile& file :
+         render::make_stills(task.scene, film != nullptr ? stills_of(options) : render::StillsSettings{}, frame_path, task.folder)) {
+        summary.files.push_back(file);
+    }
+    return summary;
+}
+
+/// Simulates with the scene's settings, or those of the checkpoint that the scene is resumed from.
+std::unique_ptr<Simulation> simulate(const Task& task, sim::World world, std::optional<Checkpoint> checkpoint,
+                                     render::Film* film, const Workplace& workplace, const Options& options) {
+    auto simulation = std::make_unique<Simulation>(task.scene, std::move(world), film);
+    if (checkpoint) {
+        simulation->go_on_from(std::move(*checkpoint), thread_count(options));
+    }
+    simulation->record_to(task.folder / trajectory_name);
+    simulation->keep_checkpoints(task.folder, options.checkpoint_period);
+    work(*simulation, film, {0, frame_count_of(task.scene)}, task.scene.name, workplace, progress_style(options));
+    return simulation;
+}
+
 /// Returns the promise that was missed by most; empty if none was.
 std::string run_scene(Task& task, const Options& options, bool has_pictures) {
     const Clock::time_point start = Clock::now();
     auto& [input, scene, folder, budget] = task;
-    const bool is_searched = options.accuracy > 0.0;
     std::optional<sim::World> world; // first: a scene that cannot start leaves no folder
-    if (!is_searched) {
+    if (options.accuracy == 0.0) {
         world.emplace(scene, thread_count(options));
     }
     const Workplace workplace(folder, run_names(scene.name));
@@ -198,37 +231,13 @@ std::string run_scene(Task& task, const Options& options, bool has_pictures) {
                                                                        .keep_frames = options.is_resumed,
                                                                        .write_bodies = options.has_body_ids});
     }
-    std::unique_ptr<Simulation> simulation;
     sim::AccuracyResult accuracy;
-    if (is_searched) {
-        simulation = simulate_to_accuracy(input, scene, options, workplace, accuracy);
-        simulation->finish_record();
-    } else {
-        simulation = std::make_unique<Simulation>(scene, std::move(*world), film.get());
-        if (checkpoint) {
-            simulation->go_on_from(std::move(*checkpoint), thread_count(options));
-        }
-        simulation->record_to(folder / trajectory_name);
-        simulation->keep_checkpoints(folder, options.checkpoint_period);
-        work(*simulation, film.get(), {0, frame_count_of(scene)}, scene.name, workplace, progress_style(options));
-    }
+    const std::unique_ptr<Simulation> simulation =
+        world ? simulate(task, std::move(*world), std::move(checkpoint), film.get(), workplace, options)
+              : simulate_to_accuracy(input, scene, options, workplace, accuracy);
 
-    sim::Summary summary = simulation->summary();
-    summary.threads = thread_count(options);
-    summary.preset = preset_result(scene, *simulation, options);
+    sim::Summary summary = summary_of(task, *simulation, film.get(), options);
     summary.accuracy = std::move(accuracy);
-    summary.budget = budget;
-    summary.files.push_back(sim::describe_file(folder, trajectory_name));
-    if (has_png) {
-        summary.files.push_back(sim::describe_file(folder, run_record_name));
-    }
-    if (film != nullptr) {
-        add_pictures(scene, *film, summary);
-    }
-    const auto frame_path = [&](std::int64_t frame) { return folder / render::frame_file_name(frame); };
-    for (const sim::WrittenFile& file : render::make_stills(scene, stills_of(options), frame_path, folder)) {
-        summary.files.push_back(file);
-    }
     summary.wall_time = std::chrono::duration<double>(Clock::now() - start).count();
     sim::write_file(folder / summary_name, sim::summary_to_json(scene, summary));
     workplace.remove_file(checkpoint_name);

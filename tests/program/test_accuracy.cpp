@@ -8,7 +8,7 @@ using test::Outcome;
 class Accuracy : public test::Program {};
 
 TEST_F(Accuracy, is_found_and_the_film_is_that_of_the_settings_found) {
-    const Outcome found = tumble("run block.toml --accuracy 1mm");
+    const Outcome found = tumble("run block.toml --accuracy 1mm --poster 0.1");
     ASSERT_EQ(found.code, 0) << found.err;
     EXPECT_NE(found.out.find("block: accuracy 0.001 m: about "), std::string::npos) << found.out;
     const std::string summary = bytes("out/block/summary.json");
@@ -17,7 +17,7 @@ TEST_F(Accuracy, is_found_and_the_film_is_that_of_the_settings_found) {
     // The same settings by hand.
     const std::size_t begin = summary.find("\"overrides\": [");
     std::string settings = summary.substr(begin, summary.find(']', begin) - begin);
-    std::string by_hand = "run block.toml --out hand --quiet";
+    std::string by_hand = "run block.toml --out hand --quiet --poster 0.1";
     for (std::size_t at = settings.find("\"simulation."); at != std::string::npos; at = settings.find("\"simulation.", at + 1)) {
         std::string line = settings.substr(at + 1, settings.find('\n', at) - at - 1);
         line = line.substr(0, line.rfind('"'));
@@ -27,7 +27,7 @@ TEST_F(Accuracy, is_found_and_the_film_is_that_of_the_settings_found) {
         by_hand += " --set '" + line + "'";
     }
     ASSERT_EQ(tumble(by_hand).code, 0) << by_hand;
-    for (const char* file : {"trajectory.h5", "block.mp4", "frames/frame_000007.png"}) {
+    for (const char* file : {"trajectory.h5", "block.mp4", "frames/frame_000007.png", "block_poster.png"}) {
         EXPECT_EQ(bytes(std::string("out/block/") + file), bytes(std::string("hand/block/") + file)) << file;
     }
 }
