@@ -77,6 +77,36 @@ void sum_up(const sim::SceneDef& scene, const render::Film& film, const std::vec
     sim::write_file(folder / summary_name, sim::summary_with_pictures(text, scene, drawn));
 }
 
+/// Hands the recorded frames to the film, with the states before them that its curves and paths show.
+void add_frames(render::Film& film, const sim::TrajectoryReader& trajectory, const RecordedFrames& recorded,
+                const FrameRange& frames) {
+    const std::int64_t first = film.shows_past() ? 0 : frames.begin;
+    std::size_t next = film.shows_past() ? 0 : recorded.record_before(first);
+    for (std::int64_t frame = first; frame < frames.end; ++frame) {
+        for (; next <= recorded.record_before(frame) && film.shows_past(); ++next) {
+            film.observe(trajectory.read(next));
+        }
+        if (!film.add(frame, recorded.state(frame))) {
+            return;
+        }
+    }
+    film.close();
+}
+
+/// seconds: wall time of it all.
+void print_times(const sim::SceneDef& scene, const render::Film& film, const FrameRange& frames, double seconds,
+                 const std::string& folder) {
+    const auto count = static_cast<double>(frames.end - frames.begin);
+    const render::FilmTimes& times = film.times();
+    std::fputs(fmt::format("{}: {} frames in {}, {:.1f} ms each; processor time of the stages: list {:.1f}, "
+                           "draw {:.1f}, edges {:.1f}, png {:.1f}, video {:.1f} ms; in {}\n",
+                           scene.name, frames.end - frames.begin, duration_text(seconds), 1e3 * seconds / count,
+                           times.list / count, times.draw / count, times.edges / count, times.png / count,
+                           times.video / count, folder)
+                   .c_str(),
+               stdout);
+}
+
 } // namespace
 
 void render_trajectory(const Options& options) {
@@ -130,19 +160,7 @@ void render_trajectory(const Options& options) {
     {
         render::ThreadGroup threads; // ends before what its threads use
         film.start(threads);
-        threads.start([&] {
-            const std::int64_t first = film.shows_past() ? 0 : frames.begin;
-            std::size_t next = film.shows_past() ? 0 : recorded.record_before(first);
-            for (std::int64_t frame = first; frame < frames.end; ++frame) {
-                for (; next <= recorded.record_before(frame) && film.shows_past(); ++next) {
-                    film.observe(trajectory.read(next));
-                }
-                if (!film.add(frame, recorded.state(frame))) {
-                    return;
-                }
-            }
-            film.close();
-        });
+        threads.start([&] { add_frames(film, trajectory, recorded, frames); });
         Progress progress(scene.name, "frames", frames.end - frames.begin, progress_style(options));
         supervise(
             threads, progress, [&] { return film.frames_done(); }, workplace);
@@ -155,17 +173,8 @@ void render_trajectory(const Options& options) {
         sum_up(scene, film, made, workplace.folder());
     }
     if (!options.is_quiet) {
-        const auto count = static_cast<double>(frames.end - frames.begin);
-        const render::FilmTimes& times = film.times();
-        const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-        std::fputs(
-            fmt::format("{}: {} frames in {}, {:.1f} ms each; processor time of the stages: list {:.1f}, "
-                        "draw {:.1f}, edges {:.1f}, png {:.1f}, video {:.1f} ms; in {}\n",
-                        scene.name, frames.end - frames.begin, duration_text(seconds), 1e3 * seconds / count,
-                        times.list / count, times.draw / count, times.edges / count, times.png / count,
-                        times.video / count, workplace.folder().string())
-                .c_str(),
-            stdout);
+        print_times(scene, film, frames, std::chrono::duration<double>(Clock::now() - start).count(),
+                    workplace.folder().string());
     }
 }
 

@@ -121,6 +121,44 @@ CLI::App* add_verb(CLI::App& app, const char* name, const char* description, cmd
     return verb;
 }
 
+/// What simulates, draws, or reads scenes.
+void add_scene_verbs(CLI::App& app, cmd::Options& options) {
+    const auto scenes = [&options](CLI::App* verb, void (*work)(const cmd::Options&)) {
+        verb->add_option("SCENE", options.inputs, "Scene files (TOML)")->required()->type_name("");
+        verb->final_callback([&options, work] { work(options); });
+    };
+    using enum cmd::Changes;
+    CLI::App* run = add_verb(app, "run", "Simulate, draw and encode: DIR/<scene>/", options, everything);
+    cmd::add_frame_options(*run, options);
+    cmd::add_checkpoint_options(*run, options);
+    cmd::add_still_options(*run, options);
+    cmd::add_strict_option(*run, options);
+    cmd::add_search_options(*run, options);
+    scenes(run, cmd::run_scenes);
+    CLI::App* simulate = add_verb(app, "simulate", "No pictures: trajectory and summary", options, everything);
+    cmd::add_checkpoint_options(*simulate, options);
+    cmd::add_strict_option(*simulate, options);
+    cmd::add_search_options(*simulate, options);
+    scenes(simulate, cmd::simulate_scenes);
+    CLI::App* render =
+        add_verb(app, "render", "Pictures and film of an earlier simulation", options, only_output);
+    cmd::add_frame_options(*render, options);
+    render->add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
+    cmd::add_still_options(*render, options);
+    render->add_option("TRAJECTORY", options.inputs, "A trajectory.h5")->required()->type_name("");
+    render->final_callback([&options] { cmd::render_trajectory(options); });
+    CLI::App* join = app.add_subcommand("join", "The film from the frames of one or more folders");
+    join->add_option("FOLDER", options.inputs, "Folders with frames/")->required()->type_name("");
+    join->add_option("--out", options.out, "Folder for the film")->type_name("DIR");
+    cmd::add_still_options(*join, options);
+    cmd::add_progress_options(*join, options);
+    join->final_callback([&options] { cmd::join_frames(options); });
+    CLI::App* check =
+        add_verb(app, "check", "Read and validate only; print what the scene contains", options, everything);
+    check->add_flag("--estimate", options.is_estimated, "Also time, disk and memory of a run, from a pilot of a second");
+    scenes(check, cmd::check_scenes);
+}
+
 /// What neither simulates nor draws.
 void add_other_verbs(CLI::App& app, cmd::Options& options) {
     CLI::App* gallery = app.add_subcommand("gallery", "One page of all results in a folder: DIR/index.html");
@@ -161,40 +199,7 @@ int run_program(int argc, char** argv) {
     app.set_version_flag("--version", "tumble " TUMBLE_VERSION);
     app.require_subcommand(0, 1);
     cmd::Options options;
-    const auto scenes = [&options](CLI::App* verb, void (*work)(const cmd::Options&)) {
-        verb->add_option("SCENE", options.inputs, "Scene files (TOML)")->required()->type_name("");
-        verb->final_callback([&options, work] { work(options); });
-    };
-    using enum cmd::Changes;
-    CLI::App* run = add_verb(app, "run", "Simulate, draw and encode: DIR/<scene>/", options, everything);
-    cmd::add_frame_options(*run, options);
-    cmd::add_checkpoint_options(*run, options);
-    cmd::add_still_options(*run, options);
-    cmd::add_strict_option(*run, options);
-    cmd::add_search_options(*run, options);
-    scenes(run, cmd::run_scenes);
-    CLI::App* simulate = add_verb(app, "simulate", "No pictures: trajectory and summary", options, everything);
-    cmd::add_checkpoint_options(*simulate, options);
-    cmd::add_strict_option(*simulate, options);
-    cmd::add_search_options(*simulate, options);
-    scenes(simulate, cmd::simulate_scenes);
-    CLI::App* render =
-        add_verb(app, "render", "Pictures and film of an earlier simulation", options, only_output);
-    cmd::add_frame_options(*render, options);
-    render->add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
-    cmd::add_still_options(*render, options);
-    render->add_option("TRAJECTORY", options.inputs, "A trajectory.h5")->required()->type_name("");
-    render->final_callback([&options] { cmd::render_trajectory(options); });
-    CLI::App* join = app.add_subcommand("join", "The film from the frames of one or more folders");
-    join->add_option("FOLDER", options.inputs, "Folders with frames/")->required()->type_name("");
-    join->add_option("--out", options.out, "Folder for the film")->type_name("DIR");
-    cmd::add_still_options(*join, options);
-    cmd::add_progress_options(*join, options);
-    join->final_callback([&options] { cmd::join_frames(options); });
-    CLI::App* check =
-        add_verb(app, "check", "Read and validate only; print what the scene contains", options, everything);
-    check->add_flag("--estimate", options.is_estimated, "Also time, disk and memory of a run, from a pilot of a second");
-    scenes(check, cmd::check_scenes);
+    add_scene_verbs(app, options);
     add_other_verbs(app, options);
 
     cmd::SideBySideOptions panels;

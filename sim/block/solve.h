@@ -65,6 +65,61 @@ struct Visit {
     void add_friction(const Real* new_1, const Real* new_2);
 };
 
+/// Directions (y, -x) in which the rows of a block's points spread about their centroid, and the inverse of their Gram matrix
+/// m there: as they are where the points span a plane; along the line and across it where they lie on one; none of a point.
+struct RowBasis {
+    Mask spread, plane;
+    Real b11, b12, b21, b22; ///< columns: the directions
+    Real g11, g12, g22;      ///< of the directions that there are, else 0
+
+    /// n: points [-] whose centroid is (cx, cy).
+    LANES_INLINE RowBasis(Real n, Real cx, Real cy, Real m11, Real m12, Real m22) {
+        const Real trace = m11 + m22;
+        const Real extent = n * (cx * cx + cy * cy) + trace;
+        spread = trace > (collinear * collinear) * extent;
+        plane = spread & ((m11 * m22 - m12 * m12) > collinear * (trace * trace));
+        const Mask line = spread & ~plane;
+        const Real zero = real(0.0);
+        b11 = real(1.0);
+        b12 = zero;
+        Real per_line = zero;
+        if (any(line)) {
+            const Mask first_larger = m11 >= m22;
+            const Real d1 = select(first_larger, m11, m12);
+            const Real d2 = select(first_larger, m12, m22);
+            const Real unit = 1.0 / select(line, sqrt(d1 * d1 + d2 * d2), real(1.0));
+            b11 = select(line, d1 * unit, b11);
+            b12 = select(line, d2 * unit, zero);
+            const Real q11 = b11 * (m11 * b11 + m12 * b12) + b12 * (m12 * b11 + m22 * b12);
+            per_line = select(line, 1.0 / select(line, q11, real(1.0)), zero);
+        }
+        b21 = -b12;
+        b22 = b11;
+        const Real per_determinant = select(plane, 1.0 / select(plane, m11 * m22 - m12 * m12, real(1.0)), zero);
+        g11 = m22 * per_determinant + per_line;
+        g12 = -m12 * per_determinant;
+        g22 = m11 * per_determinant;
+    }
+
+    /// The response about the centroid, whose row is (1, cy, -cx), in these directions; 1 where there is none.
+    LANES_INLINE Sym3 response(const Sym3& w, Real cx, Real cy) const {
+        const Real zero = real(0.0);
+        const Real3 row{real(1.0), cy, -cx};
+        const Real3 row1{real(0.0), b11, b12};
+        const Real3 row2{real(0.0), b21, b22};
+        const Real3 w0 = w * row;
+        const Real3 w1 = w * row1;
+        const Real3 w2 = w * row2;
+        Sym3 a{dot(row, w0), dot(row1, w0), dot(row2, w0), dot(row1, w1), dot(row2, w1), dot(row2, w2)};
+        a.xy = select(spread, a.xy, zero);
+        a.yy = select(spread, a.yy, a.xx);
+        a.xz = select(plane, a.xz, zero);
+        a.yz = select(plane, a.yz, zero);
+        a.zz = select(plane, a.zz, a.xx);
+        return a;
+    }
+};
+
 /// Least-squares normal impulses of the points with active[k] = 1 (else 0) that bring their velocities to their
 /// targets: smallest where the points are redundant, also when they lie on a line or are one. `excess`: velocity
 /// above target without these impulses. w: response of (u_n, w_1, w_2) to (P_n, L_1, L_2).
@@ -99,57 +154,17 @@ LANES_INLINE void fit_impulses(const Visit<N>& v, const Sym3& w, const Real* act
         f1 += active[k] * (excess[k] * r1);
         f2 += active[k] * (excess[k] * r2);
     }
-    // Basis of the (y, -x) directions: as they are where the points span a plane; along the line and across it
-    // where they lie on one.
-    const Real trace = m11 + m22;
-    const Real extent = n * (cx * cx + cy * cy) + trace;
-    const Mask spread = trace > (collinear * collinear) * extent;
-    const Mask plane = spread & ((m11 * m22 - m12 * m12) > collinear * (trace * trace));
-    const Mask line = spread & ~plane;
-    const Real zero = real(0.0);
-    Real b11 = real(1.0);
-    Real b12 = zero;
-    Real per_line = zero;
-    if (any(line)) {
-        const Mask first_larger = m11 >= m22;
-        const Real d1 = select(first_larger, m11, m12);
-        const Real d2 = select(first_larger, m12, m22);
-        const Real unit = 1.0 / select(line, sqrt(d1 * d1 + d2 * d2), real(1.0));
-        b11 = select(line, d1 * unit, b11);
-        b12 = select(line, d2 * unit, zero);
-        const Real q11 = b11 * (m11 * b11 + m12 * b12) + b12 * (m12 * b11 + m22 * b12);
-        per_line = select(line, 1.0 / select(line, q11, real(1.0)), zero);
-    }
-    const Real b21 = -b12;
-    const Real b22 = b11;
-    // Inverse of the Gram matrix in the basis, on the directions it has; slopes.
-    const Real per_determinant = select(plane, 1.0 / select(plane, m11 * m22 - m12 * m12, real(1.0)), zero);
-    const Real g11 = m22 * per_determinant + per_line;
-    const Real g12 = -m12 * per_determinant;
-    const Real g22 = m11 * per_determinant;
-    const Real e1 = b11 * f1 + b12 * f2;
-    const Real e2 = b21 * f1 + b22 * f2;
-    const Real s1 = g11 * e1 + g12 * e2;
-    const Real s2 = g12 * e1 + g22 * e2;
-    // Response about the centroid, in the basis: row of the centroid is (1, cy, -cx).
-    const Real3 row{real(1.0), cy, -cx};
-    const Real3 row1{real(0.0), b11, b12};
-    const Real3 row2{real(0.0), b21, b22};
-    const Real3 w0 = w * row;
-    const Real3 w1 = w * row1;
-    const Real3 w2 = w * row2;
-    Sym3 a{dot(row, w0), dot(row1, w0), dot(row2, w0), dot(row1, w1), dot(row2, w1), dot(row2, w2)};
-    a.xy = select(spread, a.xy, zero);
-    a.yy = select(spread, a.yy, a.xx);
-    a.xz = select(plane, a.xz, zero);
-    a.yz = select(plane, a.yz, zero);
-    a.zz = select(plane, a.zz, a.xx);
-    const Real3 wrench = solve(a, Real3{-mean, -s1, -s2});
+    const RowBasis basis(n, cx, cy, m11, m12, m22);
+    const Real e1 = basis.b11 * f1 + basis.b12 * f2;
+    const Real e2 = basis.b21 * f1 + basis.b22 * f2;
+    const Real s1 = basis.g11 * e1 + basis.g12 * e2;
+    const Real s2 = basis.g12 * e1 + basis.g22 * e2;
+    const Real3 wrench = solve(basis.response(w, cx, cy), Real3{-mean, -s1, -s2});
     const Real force = wrench.x * per;
-    const Real t1 = g11 * wrench.y + g12 * wrench.z;
-    const Real t2 = g12 * wrench.y + g22 * wrench.z;
-    const Real h1 = b11 * t1 + b21 * t2;
-    const Real h2 = b12 * t1 + b22 * t2;
+    const Real t1 = basis.g11 * wrench.y + basis.g12 * wrench.z;
+    const Real t2 = basis.g12 * wrench.y + basis.g22 * wrench.z;
+    const Real h1 = basis.b11 * t1 + basis.b21 * t2;
+    const Real h2 = basis.b12 * t1 + basis.b22 * t2;
     for (int k = 0; k < N; ++k) {
         impulse[k] = active[k] * (force + h1 * (v.y[k] - cy) + h2 * (cx - v.x[k]));
     }
@@ -201,6 +216,32 @@ LANES_INLINE void Visit<N>::add_normals(const Sym3& wn, const Real* impulse) {
     }
 }
 
+/// What impulses `found` for the points with active[k] = 1 do: to all points' velocities above their targets.
+template <int N>
+struct SetTrial {
+    Real u[N];
+    Real least;                     ///< of the impulses
+    Real lowest = real(infinity);   ///< of the worst free point
+    Real highest = real(-infinity); ///< of a loaded point above its target
+    Real miss = real(0.0);          ///< of the loaded points, the largest
+    Real n = real(0.0);             ///< loaded points
+
+    /// change: of (u_n, w_1, w_2) by these impulses.
+    LANES_INLINE SetTrial(const Visit<N>& v, const Real3& change, const Real* active, const Real* excess, const Real* found)
+        : least(found[0]) {
+        for (int k = 0; k < N; ++k) {
+            u[k] = excess[k] + change.x + change.y * v.y[k] - change.z * v.x[k];
+            const Mask in = active[k] > 0.5;
+            least = min(least, found[k]);
+            const Mask below = u[k] < -rounding * abs(excess[k]);
+            lowest = select(~in & below, min(lowest, u[k]), lowest);
+            highest = select(in, max(highest, u[k]), highest);
+            miss = select(in, max(miss, abs(u[k])), miss);
+            n += active[k];
+        }
+    }
+};
+
 /// Non-negative normal impulses with velocities at or above their targets (eq. 1-3 for the block).
 template <int N>
 LANES_INLINE void Visit<N>::solve_normals(Real slack) {
@@ -237,33 +278,17 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     Real found[N];
     for (int round = 0; round < set_rounds + N && any(open); ++round) {
         fit_impulses<N>(*this, wn, active, excess, found);
-        const Real3 change_n = wn * normal_wrench(found);
-        Real least = found[0];
-        Real lowest = real(infinity);  // velocity of the worst free point
-        Real highest = real(-infinity); // of a loaded point above its target
-        Real miss = zero;
-        Real n = zero;
-        Real u[N];
-        for (int k = 0; k < N; ++k) {
-            u[k] = excess[k] + change_n.x + change_n.y * y[k] - change_n.z * x[k];
-            const Mask in = active[k] > 0.5;
-            least = min(least, found[k]);
-            const Mask below = u[k] < -rounding * abs(excess[k]);
-            lowest = select(~in & below, min(lowest, u[k]), lowest);
-            highest = select(in, max(highest, u[k]), highest);
-            miss = select(in, max(miss, abs(u[k])), miss);
-            n += active[k];
-        }
-        const Mask drop_pulling = least < 0.0;
-        const Mask add = ~drop_pulling & (lowest < 0.0);
-        const Mask drop_high = ~drop_pulling & ~add & (n > 2.5) & (miss > slack);
+        const SetTrial<N> trial(*this, wn * normal_wrench(found), active, excess, found);
+        const Mask drop_pulling = trial.least < 0.0;
+        const Mask add = ~drop_pulling & (trial.lowest < 0.0);
+        const Mask drop_high = ~drop_pulling & ~add & (trial.n > 2.5) & (trial.miss > slack);
         const Mask done = open & ~drop_pulling & ~add & ~drop_high;
         // One point changes a round: the first that is the extreme one.
         Mask changed = ~open;
         for (int k = 0; k < N; ++k) {
             const Mask in = active[k] > 0.5;
-            const Mask out = in & ~changed & ((drop_pulling & (found[k] == least)) | (drop_high & (u[k] == highest)));
-            const Mask enter = ~in & ~changed & add & (u[k] == lowest);
+            const Mask out = in & ~changed & ((drop_pulling & (found[k] == trial.least)) | (drop_high & (trial.u[k] == trial.highest)));
+            const Mask enter = ~in & ~changed & add & (trial.u[k] == trial.lowest);
             active[k] = select(out, zero, select(enter, one, active[k]));
             changed |= out | enter;
             impulse[k] = select(done, found[k], impulse[k]);
