@@ -4,16 +4,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace study {
 
-std::vector<std::string> scaled_settings(const sim::SceneDef& scene, const sim::Rational& time) {
+namespace {
+
+/// In a preview of many bodies tolerances are this many times [-] the scene's, and overlaps at most this share [-] of half the
+/// thinnest side of a moving body: nobody sees them, and statistics of a heap do not tell them.
+constexpr double crowd_factor = 100.0;
+constexpr double crowd_share = 0.05;
+
+bool is_crowd(const sim::SceneDef& scene) {
+    return std::ranges::count_if(scene.bodies, [](const sim::BodyDef& body) { return !body.is_static(); }) > most_that_stop;
+}
+
+double half_thinnest_side(const sim::SceneDef& scene) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const sim::BodyDef& body : scene.bodies) {
+        if (!body.is_static()) {
+            const sim::Bounds box = sim::bounds(body.shape, sim::Pose{});
+            least = std::min(least, 0.5 * (box.upper - box.lower).minCoeff());
+        }
+    }
+    return least;
+}
+
+/// tolerance: times [-] the scene's.
+std::vector<std::string> scaled(const sim::SceneDef& scene, const sim::Rational& time, double tolerance) {
     const sim::StepSettings& step = scene.step;
     const sim::Rational h = sim::make_rational(step.time_step.num * time.num, step.time_step.den * time.den);
-    const double tolerance = std::pow(time.value(), std::log(10.0) / std::log(4.0));
     return {fmt::format("simulation.time_step=\"{}/{}\"", h.num, h.den),
             fmt::format("simulation.tolerance={:.6g}", tolerance * step.tolerance),
             fmt::format("simulation.velocity_tolerance={:.6g}", tolerance / time.value() * step.velocity_tolerance)};
+}
+
+double tolerance_factor(const sim::Rational& time) {
+    return std::pow(time.value(), std::log(10.0) / std::log(4.0));
+}
+
+} // namespace
+
+std::vector<std::string> scaled_settings(const sim::SceneDef& scene, const sim::Rational& time) {
+    return scaled(scene, time, tolerance_factor(time));
 }
 
 std::optional<Preset> find_preset(std::string_view name) {
@@ -27,12 +60,13 @@ std::vector<std::string> preset_overrides(const sim::SceneDef& scene, Preset pre
         return {};
     }
     if (preset == Preset::preview) {
-        return scaled_settings(scene, {4, 1});
+        constexpr sim::Rational longer{4, 1};
+        const double usual = tolerance_factor(longer);
+        const double hidden = crowd_share * half_thinnest_side(scene) / scene.step.tolerance;
+        return scaled(scene, longer, is_crowd(scene) ? std::clamp(hidden, usual, crowd_factor) : usual);
     }
     std::vector<std::string> overrides = scaled_settings(scene, {1, 4});
-    const auto moving = std::count_if(scene.bodies.begin(), scene.bodies.end(),
-                                      [](const sim::BodyDef& body) { return !body.is_static(); });
-    if (moving <= most_that_stop) {
+    if (!is_crowd(scene)) {
         overrides.emplace_back("simulation.impacts=\"stop\"");
     }
     return overrides;
