@@ -1,6 +1,7 @@
 #include "render/cmd/budget.h"
 
 #include "render/cmd/pilot.h"
+#include "render/cmd/simulation.h"
 #include "render/study/engine.h"
 #include "render/study/preset.h"
 #include "sim/base/error.h"

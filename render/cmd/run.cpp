@@ -202,7 +202,8 @@ std::unique_ptr<Simulation> simulate(const Task& task, sim::World world, std::op
 /// Returns the promise that was missed by most; empty if none was.
 std::string run_scene(Task& task, const Options& options, bool has_pictures) {
     const Clock::time_point start = Clock::now();
-    auto& [input, scene, folder, budget] = task;
+    sim::SceneDef& scene = task.scene;
+    const fs::path& folder = task.folder;
     std::optional<sim::World> world; // first: a scene that cannot start leaves no folder
     if (options.accuracy == 0.0) {
         world.emplace(scene, thread_count(options));
@@ -234,7 +235,7 @@ std::string run_scene(Task& task, const Options& options, bool has_pictures) {
     sim::AccuracyResult accuracy;
     const std::unique_ptr<Simulation> simulation =
         world ? simulate(task, std::move(*world), std::move(checkpoint), film.get(), workplace, options)
-              : simulate_to_accuracy(input, scene, options, workplace, accuracy);
+              : simulate_to_accuracy(task.input, scene, options, workplace, accuracy);
 
     sim::Summary summary = summary_of(task, *simulation, film.get(), options);
     summary.accuracy = std::move(accuracy);

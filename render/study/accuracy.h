@@ -64,7 +64,6 @@ private:
     sim::Rational spacing_;      ///< [s] between instants: a multiple of it
     int instants_ = 0;
     std::int64_t parts_ = 1;     ///< the next run's step is longest_ / parts_
-    bool is_last_ = false;       ///< whatever comes of it
     AccuracyEnd end_ = AccuracyEnd::reached;
     Motion before_;
     std::vector<AccuracyRun> runs_;
