@@ -34,7 +34,7 @@ void simulate(Simulation& simulation, const std::string& label, const Workplace&
     threads.start([&] { simulation.advance(threads); });
     Progress progress(label, "steps", std::max<std::int64_t>(1, simulation.last_step()), style);
     supervise(
-        threads, progress, [&] { return simulation.steps_done(); }, workplace);
+        threads, progress, [&] { return simulation.steps_done(); }, &workplace);
 }
 
 const char* word_of(study::AccuracyEnd end) {

@@ -44,6 +44,7 @@ void catch_interrupts() {
     action.sa_handler = end_program;
     sigaction(SIGALRM, &action, nullptr);
     std::signal(SIGXFSZ, SIG_IGN);
+    std::signal(SIGPIPE, SIG_IGN); // a reader that has gone is an error of writing
 }
 
 bool is_interrupted() {

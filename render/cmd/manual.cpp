@@ -13,11 +13,12 @@ namespace cmd {
 namespace {
 
 /// Words that may stand behind an option.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 4> option_values{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> option_values{{
     {"--preset", "preview standard accurate draft final"},
     {"--color-by", "look material body speed contacts impulse"},
     {"--show", "none title time contacts energy points normals impulses trails contact_paths plots"},
     {"--fail-on", "identical noise changed"},
+    {"--format", "y4m rgb24"},
 }};
 
 /// Text for roff: a backslash, and a point or quote at the start of a line, are commands there.

@@ -125,6 +125,9 @@ void add_progress_options(CLI::App& verb, Options& options) {
 void add_frame_options(CLI::App& verb, Options& options) {
     verb.add_option("--frames", options.frames, "Draws only the frames A to B - 1, for tumble join")
         ->type_name("A:B");
+    verb.add_option("--format", options.format, "With --out -: y4m (4:4:4, BT.709) or rgb24; frames go to standard output")
+        ->type_name("WORD")
+        ->check(one_of({"y4m", "rgb24"}));
     verb.add_flag("--body-ids", options.has_body_ids,
                   "Beside each frame which body each pixel shows: tumble compare then names bodies");
     add_gl_option(verb, options.gl);
@@ -283,6 +286,32 @@ void require_film(const sim::SceneDef& scene, bool has_video) {
     if (has_video) {
         render::require_encoder(render::video_settings(scene), output.width, output.height);
     }
+}
+
+bool is_piped(const Options& options) {
+    if (options.out != "-") {
+        if (!options.format.empty()) {
+            throw Error(ExitCode::usage, "--format is of films to standard output: expected --out - with it");
+        }
+        return false;
+    }
+    if (options.format.empty()) {
+        throw Error(ExitCode::usage, "--out - writes frames to standard output: expected --format y4m or rgb24 with it");
+    }
+    if (options.inputs.size() > 1 || options.accuracy > 0.0 || options.no_video || options.is_resumed || options.has_body_ids ||
+        stills_of(options).is_needed() || is_elsewhere(options.placement)) {
+        throw Error(ExitCode::usage, "--out - writes the frames of one film and nothing else: not with more scenes, "
+                                     "--accuracy, --no-video, --resume, --body-ids, --poster, --sheet, --webp and --on slurm");
+    }
+    return true;
+}
+
+render::FilmSettings piped_film(const Options& options, std::int64_t first_frame) {
+    return {.folder = {},
+            .write_png = false,
+            .write_video = false,
+            .first_frame = first_frame,
+            .raw = options.format == "y4m" ? render::RawFormat::y4m : render::RawFormat::rgb24};
 }
 
 ProgressStyle progress_style(const Options& options) {

@@ -1,6 +1,7 @@
 #pragma once
 /// What the user asks for on the command line.
 #include "render/cmd/slurm.h"
+#include "render/film/film.h"
 #include "render/film/stills.h"
 #include "sim/model/scene_def.h"
 
@@ -34,6 +35,7 @@ struct Options {
     std::string color_by;                 ///< word of overlay.color_by
     std::vector<std::string> assignments; ///< "dotted.key=value"
     int threads = 0;                      ///< of the simulation; 0: one a core
+    std::string format;                   ///< of a film to standard output: "y4m", "rgb24"
     bool no_video = false;
     bool no_png = false;
     std::string frames;        ///< "A:B": frames A .. B - 1 only
@@ -51,6 +53,11 @@ struct Options {
     bool is_quiet = false;
     std::string progress = "text"; ///< "json": for machines
 };
+
+/// True where the film goes to standard output, `--out -`. Throws Error (usage) if other options do not go with that.
+bool is_piped(const Options& options);
+/// Of that film, from this frame on.
+render::FilmSettings piped_film(const Options& options, std::int64_t first_frame);
 
 /// How progress is told.
 ProgressStyle progress_style(const Options& options);

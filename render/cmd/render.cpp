@@ -93,6 +93,24 @@ void add_frames(render::Film& film, const sim::TrajectoryReader& trajectory, con
     film.close();
 }
 
+/// Frames of an earlier simulation.
+struct Recording {
+    const sim::TrajectoryReader& trajectory;
+    const RecordedFrames& frames;
+    FrameRange drawn;
+};
+
+/// All of the film, with progress. workplace: see supervise().
+void draw_frames(render::Film& film, const Recording& of, const std::string& name, const Workplace* workplace,
+                 const Options& options) {
+    render::ThreadGroup threads; // ends before what its threads use
+    film.start(threads);
+    threads.start([&] { add_frames(film, of.trajectory, of.frames, of.drawn); });
+    Progress progress(name, "frames", of.drawn.end - of.drawn.begin, progress_style(options));
+    supervise(
+        threads, progress, [&] { return film.frames_done(); }, workplace);
+}
+
 /// seconds: wall time of it all.
 void print_times(const sim::SceneDef& scene, const render::Film& film, const FrameRange& frames, double seconds,
                  const std::string& folder) {
@@ -118,6 +136,7 @@ void render_trajectory(const Options& options) {
     if (options.inputs.size() != 1) {
         throw Error(ExitCode::usage, "render takes one trajectory");
     }
+    const bool has_pipe = is_piped(options);
     const render::StillsSettings stills = stills_of(options);
     std::error_code error;
     const fs::path given = options.inputs.front();
@@ -132,6 +151,11 @@ void render_trajectory(const Options& options) {
     const bool is_slice = !options.frames.empty();
     require_film(scene, !options.no_video && !is_slice);
 
+    if (has_pipe) {
+        render::Film film(scene, piped_film(options, frames.begin));
+        draw_frames(film, {trajectory, recorded, frames}, scene.name, nullptr, options);
+        return;
+    }
     const fs::path folder = options.out.empty() ? path.parent_path() : options.out / fs::path(scene.name);
     if (is_elsewhere(options.placement)) {
         render_elsewhere(scene, folder.empty() ? "." : folder, options);
@@ -157,14 +181,7 @@ void render_trajectory(const Options& options) {
                               .keep_frames = options.is_resumed,
                               .first_frame = frames.begin,
                               .write_bodies = options.has_body_ids});
-    {
-        render::ThreadGroup threads; // ends before what its threads use
-        film.start(threads);
-        threads.start([&] { add_frames(film, trajectory, recorded, frames); });
-        Progress progress(scene.name, "frames", frames.end - frames.begin, progress_style(options));
-        supervise(
-            threads, progress, [&] { return film.frames_done(); }, workplace);
-    }
+    draw_frames(film, {trajectory, recorded, frames}, scene.name, &workplace, options);
     const std::vector<sim::WrittenFile> made = render::make_stills(
         scene, stills,
         [&](std::int64_t frame) { return workplace.folder() / render::frame_file_name(frame); },

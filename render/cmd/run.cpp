@@ -115,7 +115,7 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
 
 /// Runs simulation and film to their end, with progress.
 void work(Simulation& simulation, render::Film* film, const FrameRange& frames, const std::string& name,
-          const Workplace& workplace, ProgressStyle style) {
+          const Workplace* workplace, ProgressStyle style) {
     render::ThreadGroup threads; // ends before what its threads use
     if (film != nullptr) {
         film->start(threads);
@@ -147,13 +147,24 @@ std::string run_slice(sim::SceneDef& scene, const fs::path& folder, const Option
                               .write_bodies = options.has_body_ids});
     Simulation simulation(scene, std::move(world), &film);
     simulation.restrict_to(frames);
-    work(simulation, &film, frames, scene.name, workplace, progress_style(options));
+    work(simulation, &film, frames, scene.name, &workplace, progress_style(options));
     if (!options.is_quiet) {
         std::printf("%s: frames %lld to %lld in %s; in %s\n", scene.name.c_str(),
                     static_cast<long long>(frames.begin), static_cast<long long>(frames.end - 1),
                     duration_text(std::chrono::duration<double>(Clock::now() - start).count()).c_str(),
                     folder.c_str());
     }
+    return simulation.missed_promise();
+}
+
+/// --out -: frames to standard output, and no files.
+std::string run_piped(const sim::SceneDef& scene, const Options& options) {
+    const FrameRange frames = frame_range(options, frame_count_of(scene));
+    sim::World world(scene, thread_count(options));
+    render::Film film(scene, piped_film(options, frames.begin));
+    Simulation simulation(scene, std::move(world), &film);
+    simulation.restrict_to(frames);
+    work(simulation, &film, frames, scene.name, nullptr, progress_style(options));
     return simulation.missed_promise();
 }
 
@@ -195,7 +206,7 @@ std::unique_ptr<Simulation> simulate(const Task& task, sim::World world, std::op
     }
     simulation->record_to(task.folder / trajectory_name);
     simulation->keep_checkpoints(task.folder, options.checkpoint_period);
-    work(*simulation, film, {0, frame_count_of(task.scene)}, task.scene.name, workplace, progress_style(options));
+    work(*simulation, film, {0, frame_count_of(task.scene)}, task.scene.name, &workplace, progress_style(options));
     return simulation;
 }
 
@@ -268,6 +279,7 @@ void draw(const fs::path& folder, const Options& options) {
 }
 
 void run_all(const Options& options, bool has_pictures) {
+    const bool has_pipe = is_piped(options);
     render::configure_gl(options.is_portable);
     if (options.accuracy > 0.0 || options.budget > 0.0) {
         require_no_settings(options);
@@ -303,13 +315,13 @@ void run_all(const Options& options, bool has_pictures) {
         if (options.budget > 0.0) {
             task.scene = scene_within_budget(task.input, options, has_pictures, task.budget);
             if (!options.is_quiet) {
-                std::puts(budget_text(task.scene, task.budget).c_str());
+                std::fprintf(has_pipe ? stderr : stdout, "%s\n", budget_text(task.scene, task.budget).c_str());
                 std::fflush(stdout);
             }
         }
-        const std::string promise = options.frames.empty()
-                                        ? run_scene(task, options, has_pictures && !draws_later)
-                                        : run_slice(task.scene, task.folder, options);
+        const std::string promise = has_pipe                 ? run_piped(task.scene, options)
+                                    : options.frames.empty() ? run_scene(task, options, has_pictures && !draws_later)
+                                                             : run_slice(task.scene, task.folder, options);
         if (draws_later) {
             draw(task.folder, options);
         }

@@ -21,7 +21,7 @@ constexpr auto supervisor_patience = 700ms;
 } // namespace
 
 void supervise(render::ThreadGroup& threads, Progress& progress, const std::function<std::int64_t()>& done,
-               const Workplace& workplace) {
+               const Workplace* workplace) {
     while (!threads.wait_for(poll_interval)) {
         if (!is_interrupted()) {
             progress.update(done());
@@ -31,13 +31,15 @@ void supervise(render::ThreadGroup& threads, Progress& progress, const std::func
         const bool have_stopped = threads.wait_for(supervisor_patience);
         progress.clear();
         const std::string message =
-            workplace.has_frames() || workplace.has_checkpoint()
+            workplace != nullptr && (workplace->has_frames() || workplace->has_checkpoint())
                 ? fmt::format(
                       "interrupted; what is done is kept in {}: the same command with --resume goes on",
-                      workplace.folder().string())
+                      workplace->folder().string())
                 : "interrupted; nothing is kept";
         if (!have_stopped) {
-            workplace.remove_parts();
+            if (workplace != nullptr) {
+                workplace->remove_parts();
+            }
             std::fprintf(stderr, "tumble: %s\n", message.c_str());
             std::_Exit(static_cast<int>(sim::ExitCode::interrupted));
         }

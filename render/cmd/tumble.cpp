@@ -59,6 +59,7 @@ constexpr Example examples[] = {
      "contacts as dots and arrows, speed in colours"},
     {"run", "tumble run coin --set output.speed=0.25", "slow motion"},
     {"run", "tumble run film.toml --size 1080x1920", "upright, for a phone"},
+    {"run", "tumble run funnel --out - --format y4m | ffmpeg -i - film.mov", "frames to another program"},
     {"simulate", "tumble simulate funnel --time-step 1/500", "trajectory and summary only"},
     {"simulate", "tumble simulate office_toy --accuracy 1mm", "settings are found, and what error is left is said"},
     {"run", "tumble run funnel --budget 2min", "the best settings and pictures for that time"},

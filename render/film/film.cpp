@@ -105,6 +105,9 @@ void Film::start(ThreadGroup& threads) {
     if (settings_.write_video) {
         threads.start([this, &threads] { encode_video(threads); });
     }
+    if (settings_.raw) {
+        threads.start([this] { write_raw(); });
+    }
     threads.start([this] { finish_pictures(); });
     threads.start([this] { draw_shots(); });
     threads.start([this] { list_shots(); });
@@ -287,7 +290,7 @@ void Film::hand_on(const Picture& picture) {
     if (settings_.write_png) {
         for_png_.push(picture);
     }
-    if (settings_.write_video) {
+    if (settings_.write_video || settings_.raw) { // never both
         for_video_.push(picture);
     }
 }
@@ -320,6 +323,21 @@ void Film::encode_video(const ThreadGroup& threads) {
     const Stopwatch watch(times_.video);
     video.finish();
     video_files_.push_back(sim::describe_file(settings_.folder, name));
+}
+
+void Film::write_raw() {
+    std::optional<RawWriter> writer;
+    while (const std::optional<Picture> picture = for_video_.pop()) {
+        const Stopwatch watch(times_.video);
+        if (!writer) {
+            writer.emplace(stdout, *settings_.raw, *picture->image, scene_.output.fps);
+        }
+        writer->add(*picture->image);
+        ++video_frames_done_;
+    }
+    if (writer) {
+        writer->finish();
+    }
 }
 
 } // namespace render

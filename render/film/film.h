@@ -6,6 +6,7 @@
 ///
 /// The queues between them are short: memory does not grow with the length of the film.
 #include "render/film/bounded_queue.h"
+#include "render/film/raw_writer.h"
 #include "render/film/thread_group.h"
 #include "render/film/video_writer.h"
 #include "render/overlay/notes.h"
@@ -20,6 +21,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,7 @@ struct FilmSettings {
     bool keep_frames = false; ///< a frame whose file is there is read, not drawn again
     std::int64_t first_frame = 0; ///< frames before it are seen, for what later ones show of them, but not drawn
     std::vector<std::int64_t> frames{}; ///< ascending; only these are drawn; empty: all
+    std::optional<RawFormat> raw{}; ///< frames to standard output
     bool write_bodies = false; ///< beside each frame that is drawn: which body each pixel shows
 };
 
@@ -109,6 +112,7 @@ private:
     void hand_on(const Picture& picture);
     void write_frames();
     void encode_video(const ThreadGroup& threads);
+    void write_raw();
 
     const sim::SceneDef& scene_;
     FilmSettings settings_;

@@ -1,4 +1,5 @@
 /// The built program as a user runs it: exit codes, files, messages.
+#include "render/film/video_reader.h"
 #include "render/gl/context.h"
 #include "sim/record/trajectory.h"
 #include "sim/scene/file.h"
@@ -379,6 +380,35 @@ TEST_F(program, slow_motion_of_a_run_and_of_its_trajectory_are_the_same_bytes) {
     EXPECT_NE(bytes("out/block/" + render::frame_file_name(0)), bytes("out/block/" + render::frame_file_name(7)));
     const nlohmann::json summary = nlohmann::json::parse(bytes("out/block/summary.json"));
     EXPECT_EQ(summary["steps"], 2);
+}
+
+/// What a pipe gets is what the PNG files show.
+TEST_F(program, frames_go_to_a_pipe_as_they_are) {
+    const std::string few = " --size 66x34 --duration 0.15 --progress json ";
+    ASSERT_EQ(tumble("run block.toml --no-video --quiet" + few).code, 0);
+    const std::string raw = tumble("run block.toml --out - --format rgb24" + few).out;
+    ASSERT_EQ(raw.size(), 3u * 3 * 66 * 34);
+    for (int k = 0; k < 3; ++k) {
+        const render::Image image = render::read_image(folder / "out/block" / render::frame_file_name(k));
+        EXPECT_EQ(raw.substr(image.rgb.size() * static_cast<std::size_t>(k), image.rgb.size()),
+                  std::string(image.rgb.begin(), image.rgb.end()));
+    }
+    EXPECT_EQ(tumble("render out/block --out - --format rgb24 --frames 1:3").out, raw.substr(raw.size() / 3));
+    ASSERT_EQ(shell("\"$TUMBLE\" run block.toml --out - --format y4m --quiet > film.y4m" + few).code, 0);
+    render::VideoReader reader(folder / "film.y4m");
+    EXPECT_EQ(reader.fps(), 20.0);
+    int count = 0;
+    for (render::Image image; reader.read(image); ++count) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < image.rgb.size(); ++i) {
+            sum += std::abs(image.rgb[i] - static_cast<std::uint8_t>(raw[image.rgb.size() * static_cast<std::size_t>(count) + i]));
+        }
+        EXPECT_LT(sum / static_cast<double>(image.rgb.size()), 2.0); // of 255: rounding, there and back
+    }
+    EXPECT_EQ(count, 3);
+    EXPECT_EQ(shell("\"$TUMBLE\" run block.toml --quiet --out - --format y4m 2>error | head -c 10 >head; cat error").out,
+              "tumble: cannot write to standard output\n");
+    EXPECT_FALSE(std::filesystem::exists(folder / "-"));
 }
 
 /// From full speed to a stand: the last frames are one picture.
