@@ -395,7 +395,7 @@ LANES_INLINE Mask Visit<N>::stop_slip(Real sum, Real per_load, Real* new_1, Real
     return sticks;
 }
 
-/// One projection onto the friction discs in the lanes `slides`.
+/// One projection onto the friction cone in the lanes `slides`: at each point a disc of radius mu p_n.
 template <int N>
 LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_2) const {
     const Real zero = real(0.0);

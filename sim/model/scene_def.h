@@ -1,5 +1,5 @@
 #pragma once
-/// Plain data of one scene, as scene_file reads it. Body frames have their origin in the centre of mass.
+/// Plain data of one scene, as scene/file.cpp reads it. Body frames have their origin in the centre of mass.
 #include "sim/base/math.h"
 #include "sim/base/rational.h"
 #include "sim/model/overlay_def.h"

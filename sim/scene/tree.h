@@ -1,5 +1,5 @@
 #pragma once
-/// The values of a scene file as a tree in which every value knows its place. scene_tree.cpp is the only user
+/// The values of a scene file as a tree in which every value knows its place. tree.cpp is the only user
 /// of toml++: no other file pays for its header.
 #include <cstdint>
 #include <string>

@@ -141,6 +141,7 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
             energy_owed_ += pair.memory[i].energy_taken;
         }
         loop_.contacts.push_back({&pair.manifold.contacts[i], static_cast<int>(i)});
+        // Newton's law: it leaves with e times the speed of its approach.
         targets_.push_back({pair.material.restitution * approach.in_pass, approach.now});
     }
     const std::size_t place = loop_.blocks.size();

@@ -26,7 +26,7 @@ struct CollisionReport {
 /// Resolves collisions in passes: a pass contains only the contacts that are collisions when it starts, and
 /// passes repeat until none is one, or their limit is reached, which is reported.
 ///
-/// A contact is a collision if it touches (gap <= tolerance) and approaches faster than the resting
+/// A contact is a collision if it touches (gap <= touch_gap()) and approaches faster than the resting
 /// threshold, or if, placed ahead of its impact, it took away such an approach in the last step. With
 /// Newton's law and friction an oblique impact may gain energy; such a pass is taken back towards the plastic
 /// impact (e = 0) until it does not.

@@ -1,5 +1,5 @@
 #pragma once
-/// What contacts remember from step to step, pair by pair.
+/// What contacts remember from step to step, pair by pair: for the warm start.
 #include "sim/block/blocks.h"
 
 namespace sim {

@@ -27,7 +27,7 @@ struct RestBlock {
     Lanes edge_b[3];
     Lanes reach;        ///< [m] of crossing edges: how far the touch may wander
     unsigned edges = 0; ///< bit l: one of its points is of crossing edges
-    unsigned plain = 0; ///< bit l: all others are fixed to one body, at a face of the other: measured in lanes
+    unsigned plain = 0; ///< bit l: all points but those of crossing edges are fixed to one body, at a face of the other: measured in lanes
     unsigned hit = 0;   ///< bit l: a speculative impact hits a body of it
 };
 

@@ -81,7 +81,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         const Real y = load(points[k].y);
         const Real gap = load(points[k].gap);
         const Memory memory(r.memory);
-        const Mask ahead = gap > rules.tolerance;
+        const Mask ahead = gap > rules.tolerance; // a speculative contact
         const Real u_n = twist.normal(x, y);
         const Real approach = max(-u_n, zero);
         r.ahead = bits_of(ahead);
@@ -101,6 +101,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         store(r.load, scale * memory.force_share * memory.p_n);
         r.restarts = bits_of(loaded & (memory.last_interval == 0.0));
         const Mask warm = rules.warm_start ? loaded : nowhere();
+        // Warm start.
         const Real started = select(warm, scale, zero);
         store(points[k].p_n, started * memory.p_n);
         store(points[k].p_t[0], started * dot(memory.p_t, f.t1));

@@ -1,6 +1,6 @@
 #pragma once
-/// What a World holds, and its stages: world.cpp has the step, world_candidates.cpp the search for pairs that may
-/// touch, world_contacts.cpp that for their contacts.
+/// What a World holds, and its stages: world.cpp has the step, candidates.cpp the search for pairs that may
+/// touch, contacts.cpp that for their contacts.
 #include "sim/base/step_report.h"
 #include "sim/base/workers.h"
 #include "sim/collide/box_axes.h"

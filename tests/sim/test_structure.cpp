@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 /// One include directive of one file.
 struct Include {
-    std::string file; ///< "sim/world.cpp", relative to the project
+    std::string file; ///< "sim/world/world.cpp", relative to the project
     std::string path; ///< what stands between the quotes or brackets
 };
 
