@@ -8,8 +8,8 @@
 
 namespace sim {
 
-/// True for what may be the name of a file or folder that the program makes: not empty, not "." or "..", no "/", no
-/// control characters.
+/// True for what may be the name of a file or folder that the program makes: 1 to 200 bytes of UTF-8, not "." or "..", no
+/// "/", no control characters.
 bool is_file_name(std::string_view name);
 
 /// The whole file. Throws Error (io).
