@@ -122,6 +122,10 @@ void export_run(const ExportOptions& options) {
         throw Error(ExitCode::usage,
                     fmt::format("--gltf '{}': expected a name that ends in .glb", options.gltf));
     }
+    if (!options.csv.empty() && options.csv != "-" && fs::path(options.csv).extension() != ".csv") {
+        throw Error(ExitCode::usage,
+                    fmt::format("--csv '{}': expected a name that ends in .csv, or - for standard output", options.csv));
+    }
     std::error_code error;
     const fs::path path = fs::is_directory(options.run, error) ? fs::path(options.run) / "trajectory.h5"
                                                                : fs::path(options.run);

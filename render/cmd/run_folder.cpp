@@ -49,6 +49,19 @@ void require_same_simulation(const fs::path& folder, const fs::path& trajectory)
     }
 }
 
+void require_no_file_of_run(const fs::path& file) {
+    const fs::path folder = fs::absolute(file).lexically_normal().parent_path();
+    const std::string summary = read_summary(folder);
+    if (summary.empty()) {
+        return;
+    }
+    const std::vector<sim::WrittenFile> files = *sim::files_of_summary(summary);
+    if (std::ranges::find(files, file.filename().string(), &sim::WrittenFile::name) != files.end()) {
+        throw Error(ExitCode::usage, fmt::format("{} is a file of the run in {}; choose another name", file.string(),
+                                                 fs::proximate(folder).string()));
+    }
+}
+
 void forget_run(const Workplace& workplace, const std::string& scene, bool keeps_checkpoint) {
     diff::forget_in_gallery(workplace.folder());
     workplace.remove_file(summary_name); // first: it lists the others

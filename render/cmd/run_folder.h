@@ -13,6 +13,9 @@ namespace cmd {
 /// Throws Error: usage if the folder holds another simulation than this trajectory, io if its summary is damaged.
 void require_same_simulation(const std::filesystem::path& folder, const std::filesystem::path& trajectory);
 
+/// Throws Error (usage) if the file is one of a run that has been made there: its summary would no longer be true.
+void require_no_file_of_run(const std::filesystem::path& file);
+
 /// Before a run: removes all that an earlier one has left but its frames, and its checkpoint if that is gone on from.
 /// Throws Error (io).
 void forget_run(const Workplace& workplace, const std::string& scene, bool keeps_checkpoint = false);

@@ -1,6 +1,7 @@
 #include "render/cmd/side_by_side.h"
 
 #include "render/cmd/interrupt.h"
+#include "render/cmd/run_folder.h"
 #include "render/film/panels.h"
 #include "render/film/video_reader.h"
 #include "render/film/video_writer.h"
@@ -148,6 +149,7 @@ void write_films_side_by_side(const SideBySideOptions& options) {
         throw Error(ExitCode::usage,
                     fmt::format("--output '{}': expected a name that ends in .mp4", options.film));
     }
+    require_no_file_of_run(options.film);
     std::vector<Track> tracks = open_tracks(options);
     double fps = 0.0;
     for (const Track& track : tracks) {

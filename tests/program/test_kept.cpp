@@ -75,6 +75,48 @@ TEST_F(kept, names_that_lead_elsewhere_or_hold_control_characters_are_refused_by
     }
 }
 
+TEST_F(kept, names_too_long_for_files_of_a_run_or_no_text_are_refused) {
+    // With what the program appends, _poster.png.part, a name may have the 255 bytes of a file system's.
+    const std::string longest(200, 'n');
+    for (const std::string& name : {std::string(201, 'n'), std::string("\xff\xfe"), std::string("\xc0\xaf"),
+                                    std::string("\xed\xa0\x80"), std::string("\xe2\x82")}) {
+        fs::copy(folder / "block.toml", folder / (name + ".toml"));
+        const Outcome outcome = tumble("run '" + name + ".toml' --size 32x18 --duration 0.1 --poster 0 --quiet");
+        EXPECT_EQ(outcome.code, 2) << name;
+        EXPECT_NE(outcome.err.find("cannot be the name of a scene's folder"), std::string::npos) << outcome.err;
+        test::expect_one_line(outcome.err);
+    }
+    EXPECT_FALSE(fs::exists(folder / "out"));
+    for (const std::string& name : {longest, std::string("b\xc3\xbc" "cher \xf0\x9f\x8e\xb2")}) {
+        fs::copy(folder / "block.toml", folder / (name + ".toml"));
+        EXPECT_EQ(tumble("run '" + name + ".toml' --size 32x18 --duration 0.1 --poster 0 --sheet 2 --webp --quiet").err, "");
+    }
+    ASSERT_EQ(tumble("gallery out --quiet").err, "");
+    expect_true_hashes("out/manifest.json", "gallery");
+}
+
+TEST_F(kept, what_is_exported_takes_the_place_of_no_file_of_a_run) {
+    const std::string small = " --size 32x18 --duration 0.1 --quiet";
+    ASSERT_EQ(tumble("run block.toml" + small).code, 0);
+    ASSERT_EQ(tumble("run block.toml --out b" + small).code, 0);
+    const std::string scene = bytes("block.toml");
+    const auto refused = [this](const std::string& command, const std::string& part) {
+        const Outcome outcome = tumble(command);
+        EXPECT_EQ(outcome.code, 2) << command;
+        test::expect_one_line(outcome.err);
+        EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+        expect_true_hashes("out/block/summary.json", command);
+    };
+    refused("side-by-side out/block b/block -o out/block/block.mp4", "is a file of the run in out/block");
+    refused("side-by-side out/block b/block -o out/block/../block/block.mp4", "is a file of the run in out/block");
+    refused("export out/block --csv out/block/trajectory.h5", "expected a name that ends in .csv, or -");
+    refused("export out/block --csv block.toml", "expected a name that ends in .csv, or -");
+    EXPECT_EQ(bytes("block.toml"), scene);
+    EXPECT_EQ(tumble("export out/block --csv out/block/block.csv --quiet").err, "");
+    EXPECT_EQ(tumble("side-by-side out/block b/block -o out/block/two.mp4 --quiet").err, "");
+    expect_true_hashes("out/block/summary.json", "export");
+}
+
 TEST_F(kept, a_strangers_file_in_every_folder_survives_every_verb) {
     const std::string small = " --size 32x18 --duration 0.1 --quiet";
     // Every folder that a verb writes into, with names that look like its own.
