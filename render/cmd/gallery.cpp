@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <set>
 
 namespace cmd {
@@ -230,10 +231,37 @@ std::set<std::string> files_of(const diff::Gallery& gallery) {
     return files;
 }
 
+/// Summaries of the runs, by the names of their folders. Throws Error (io) if another verb works in one of them.
+std::map<std::string, std::string> summaries_in(const fs::path& root) {
+    std::map<std::string, std::string> summaries;
+    for (const std::string& name : names_in(root)) {
+        if (fs::exists(root / name / "summary.json")) {
+            const FolderLock idle(root / name, FolderLock::Kind::shared, false);
+            summaries[name] = sim::read_text_file(root / name / "summary.json");
+        }
+    }
+    return summaries;
+}
+
+/// A verb tells the gallery before it changes a run: what it told before the manifest was written is told again.
+void require_unchanged(const fs::path& root, const std::map<std::string, std::string>& before) {
+    try {
+        if (summaries_in(root) != before) {
+            throw Error(ExitCode::io, fmt::format("runs in {} were changed meanwhile: make the gallery again", root.string()));
+        }
+    } catch (const Error&) {
+        for (const auto& [name, summary] : before) {
+            diff::forget_in_gallery(root / name);
+        }
+        throw;
+    }
+}
+
 } // namespace
 
 void write_gallery(const Options& options) {
     const fs::path root = options.out;
+    const std::map<std::string, std::string> before = summaries_in(root);
     const diff::Gallery gallery = gallery_of(root);
     if (gallery.runs.empty() && gallery.reports.empty()) {
         throw Error(ExitCode::io,
@@ -244,6 +272,7 @@ void write_gallery(const Options& options) {
     sim::write_file(root / "index.html", diff::gallery_page(gallery));
     const std::set<std::string> files = files_of(gallery);
     diff::write_manifest(root, diff::gallery_kind, {files.begin(), files.end()});
+    require_unchanged(root, before);
     if (!options.is_quiet) {
         std::printf("runs: %zu, reports: %zu; in %s\n", gallery.runs.size(), gallery.reports.size(),
                     (root / "index.html").c_str());

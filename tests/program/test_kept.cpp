@@ -224,6 +224,19 @@ TEST_F(kept, verbs_and_options_in_random_order_leave_true_hashes_and_one_set) {
     EXPECT_GT(good, 25);
 }
 
+TEST_F(kept, a_gallery_is_not_made_of_a_run_that_another_verb_changes) {
+    ASSERT_EQ(tumble("run block.toml --size 32x18 --quiet").code, 0);
+    const Outcome outcome = shell("\"$TUMBLE\" render out/block --size 320x180 --quiet & process=$!\n"
+                                  "while [ -e out/block/block.mp4 ] && kill -0 $process; do sleep 0.005; done\n"
+                                  "kill -STOP $process; \"$TUMBLE\" gallery out --quiet; code=$?\n"
+                                  "kill -CONT $process; wait $process && exit $code");
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_EQ(outcome.err, "tumble: another run is writing into out/block\n");
+    EXPECT_FALSE(fs::exists(folder / "out/manifest.json"));
+    ASSERT_EQ(tumble("gallery out --quiet").err, "");
+    expect_true_hashes("out/manifest.json", "gallery");
+}
+
 TEST_F(kept, two_updates_of_a_baseline_at_once_leave_one_whole_baseline) {
     const Outcome outcome = shell("for size in 32x18 48x26 64x36; do\n"
                                   "\"$TUMBLE\" baseline update block.toml --size $size --frames 0,1,2 --quiet &\n"
