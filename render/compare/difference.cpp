@@ -1,5 +1,8 @@
 #include "render/compare/difference.h"
 
+#include "render/compare/drift.h"
+#include "render/compare/rows.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -9,26 +12,10 @@ namespace diff {
 
 namespace {
 
-using Row = const std::uint8_t*;
-
 /// Rows on each side that a pixel of `excess` depends on: two of the weights, one of the neighbours.
 constexpr int weight_reach = 2;
 /// Rows on each side of a difference in which the smooth pictures are needed to find shifts.
 constexpr int shift_reach = 12;
-
-/// A pixel is flat if its neighbours in the smooth picture differ by no more than this [levels].
-constexpr int flat_levels = 12;
-
-/// Sums of drift are kept for squares of this side [px]; a block is two by two of them.
-constexpr int drift_cell = drift_block / 2;
-
-std::size_t row_bytes(const Picture& picture) {
-    return static_cast<std::size_t>(picture.width) * 3;
-}
-
-Row row_of(const Picture& picture, int y) {
-    return picture.rgb.data() + row_bytes(picture) * static_cast<std::size_t>(std::clamp(y, 0, picture.height - 1));
-}
 
 /// Row y of the picture out of focus; the picture's border repeats. sums: memory for width + 4 pixels.
 void smooth_row(const Picture& picture, int y, std::vector<std::uint16_t>& sums, std::uint8_t* out) {
@@ -53,15 +40,7 @@ void smooth_row(const Picture& picture, int y, std::vector<std::uint16_t>& sums,
     }
 }
 
-// Loops over bytes below are written so that compilers turn them into vector instructions: no branches, no
-// wider numbers, three arguments two by two.
-std::uint8_t lesser(std::uint8_t a, std::uint8_t b) {
-    return a < b ? a : b;
-}
-std::uint8_t greater(std::uint8_t a, std::uint8_t b) {
-    return a > b ? a : b;
-}
-
+// Loops over bytes as rows.h says.
 void lesser_of(Row a, Row b, Row c, std::size_t n, std::uint8_t* out) {
     for (std::size_t i = 0; i < n; ++i) {
         out[i] = lesser(a[i], lesser(b[i], c[i]));
@@ -87,6 +66,12 @@ void largest_channel(std::uint8_t* channels, int width, std::uint8_t* out) {
 void absolute_difference(Row a, Row b, std::size_t n, std::uint8_t* out) {
     for (std::size_t i = 0; i < n; ++i) {
         out[i] = static_cast<std::uint8_t>(greater(a[i], b[i]) - lesser(a[i], b[i]));
+    }
+}
+
+void raise_to_difference(Row a, Row b, std::size_t n, std::uint8_t* out) {
+    for (std::size_t i = 0; i < n; ++i) {
+        out[i] = greater(out[i], static_cast<std::uint8_t>(greater(a[i], b[i]) - lesser(a[i], b[i])));
     }
 }
 
@@ -133,143 +118,13 @@ void raise_excess(Row p, Row q, const Range& range, std::size_t n, std::uint8_t*
     }
 }
 
-/// Sums of signed differences on flat pixels.
-class DriftSums {
-public:
-    explicit DriftSums(const Picture& picture)
-        : width_(picture.width), height_(picture.height), columns_((picture.width + drift_cell - 1) / drift_cell),
-          rows_((picture.height + drift_cell - 1) / drift_cell) {
-        for (std::vector<std::int32_t>& channel : cells_) {
-            channel.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
-        }
-        sums_.resize(row_bytes(picture));
-    }
-
-    /// Rows ascend.
-    void add_row(Row a, Row b, const Range& range_a, const Range& range_b, int y) {
-        if (y / drift_cell != band_) {
-            finish_band();
-            band_ = y / drift_cell;
-        }
-        // Spreads first: with fewer arrays a loop the compiler can tell that they do not overlap.
-        const std::size_t n = sums_.size();
-        spread_.resize(n);
-        std::uint8_t* spread = spread_.data();
-        subtract(range_a.high.data(), range_a.low.data(), n, spread);
-        raise_difference(range_b.high.data(), range_b.low.data(), n, spread);
-        add(a, b, spread, n, sums_.data());
-    }
-
-    /// After the last row.
-    void finish_band() {
-        for (std::size_t i = 0; i < sums_.size(); ++i) {
-            const std::size_t column = i / (std::size_t{drift_cell} * 3);
-            cells_[i % 3][static_cast<std::size_t>(band_ * columns_) + column] += sums_[i];
-        }
-        std::fill(sums_.begin(), sums_.end(), std::int16_t{0});
-    }
-
-    /// The largest mean of a block.
-    void find_block(Drift& drift) const {
-        const double block_pixels =
-            static_cast<double>(std::min(drift_block, width_)) * static_cast<double>(std::min(drift_block, height_));
-        for (std::size_t c = 0; c < 3; ++c) {
-            for (int y = 0; y == 0 || y + 1 < rows_; ++y) {
-                for (int x = 0; x == 0 || x + 1 < columns_; ++x) {
-                    const double block = block_sum(cells_[c], x, y) / block_pixels;
-                    if (std::abs(block) > std::abs(drift.block)) {
-                        drift.block = block;
-                        drift.x = x * drift_cell;
-                        drift.y = y * drift_cell;
-                    }
-                }
-            }
-        }
-    }
-
-private:
-    static void subtract(Row high, Row low, std::size_t n, std::uint8_t* out) {
-        for (std::size_t i = 0; i < n; ++i) {
-            out[i] = static_cast<std::uint8_t>(high[i] - low[i]);
-        }
-    }
-    static void raise_difference(Row high, Row low, std::size_t n, std::uint8_t* out) {
-        for (std::size_t i = 0; i < n; ++i) {
-            out[i] = greater(out[i], static_cast<std::uint8_t>(high[i] - low[i]));
-        }
-    }
-    static void add(Row a, Row b, Row spread, std::size_t n, std::int16_t* sums) {
-        for (std::size_t i = 0; i < n; ++i) {
-            const auto d = static_cast<std::int16_t>(b[i] - a[i]);
-            const auto size = static_cast<std::uint8_t>(greater(a[i], b[i]) - lesser(a[i], b[i]));
-            const bool counts = (spread[i] <= flat_levels) & (size > rounding_levels);
-            sums[i] = static_cast<std::int16_t>(sums[i] + (counts ? d : std::int16_t{0}));
-        }
-    }
-
-    double block_sum(const std::vector<std::int32_t>& cells, int x, int y) const {
-        double sum = 0.0;
-        for (int row = y; row < std::min(y + 2, rows_); ++row) {
-            for (int column = x; column < std::min(x + 2, columns_); ++column) {
-                sum += cells[static_cast<std::size_t>(row * columns_ + column)];
-            }
-        }
-        return sum;
-    }
-
-    int width_;
-    int height_;
-    int columns_;
-    int rows_;
-    std::array<std::vector<std::int32_t>, 3> cells_; ///< [levels px]
-    // Of the band of drift_cell rows under way, by column and channel: at most 32 * 255.
-    int band_ = 0;
-    std::vector<std::int16_t> sums_; ///< [levels px]
-    Bytes spread_;                   ///< of one row
-};
-
-/// Sums of signed differences of each channel.
-struct SignedSums {
-    std::array<std::int64_t, 3> sum{};     ///< [levels px]
-    std::array<std::int64_t, 3> balance{}; ///< values that are larger in b, less those that are smaller
-    std::array<std::int64_t, 3> count{};   ///< values that differ
-
-    void add_row(Row a, Row b, std::size_t n) {
-        for (std::size_t c = 0; c < 3; ++c) {
-            std::int32_t row_sum = 0;
-            std::int32_t above = 0;
-            std::int32_t below = 0;
-            for (std::size_t i = c; i < n; i += 3) {
-                row_sum += b[i] - a[i];
-                above += b[i] > a[i];
-                below += b[i] < a[i];
-            }
-            sum[c] += row_sum;
-            balance[c] += above - below;
-            count[c] += above + below;
-        }
-    }
-
-    void enter(std::size_t pixels, Drift& drift) const {
-        constexpr double by_chance = 3.0; // standard deviations of the balance of signs that are tossed
-        for (std::size_t c = 0; c < 3; ++c) {
-            const double mean = static_cast<double>(sum[c]) / static_cast<double>(pixels);
-            if (std::abs(mean) > std::abs(drift.mean)) {
-                drift.mean = mean;
-                const auto n = static_cast<double>(std::max<std::int64_t>(count[c], 1));
-                drift.one_sided = std::max(0.0, std::abs(static_cast<double>(balance[c])) / n - by_chance / std::sqrt(n));
-            }
-        }
-    }
-};
-
 /// raw and its sums. Returns for each row whether it holds more than rounding.
 std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap& map) {
     const auto width = static_cast<std::size_t>(a.width);
     const std::size_t n = row_bytes(a);
     std::vector<bool> has_differences(static_cast<std::size_t>(a.height));
     Bytes channels(n);
-    SignedSums sums;
+    SignedSums sums(n);
     std::int64_t sum = 0;
     for (int y = 0; y < a.height; ++y) {
         std::uint8_t* raw = map.raw.data() + width * static_cast<std::size_t>(y);
@@ -278,7 +133,7 @@ std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap&
             continue;
         }
         absolute_difference(row_of(a, y), row_of(b, y), n, channels.data());
-        sums.add_row(row_of(a, y), row_of(b, y), n);
+        sums.add_row(row_of(a, y), row_of(b, y));
         std::int32_t row_sum = 0;
         for (std::size_t i = 0; i < n; ++i) {
             row_sum += channels[i];
@@ -300,26 +155,17 @@ std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap&
     return has_differences;
 }
 
-/// Raises `steps` to the largest step of a channel from each pixel to the next one in x or y.
-void raise_steps(const Picture& picture, std::vector<std::uint8_t>& steps) {
-    const std::size_t n = row_bytes(picture);
-    const auto width = static_cast<std::size_t>(picture.width);
-    Bytes across(n);
-    Bytes down(n);
-    Bytes row(width);
-    for (int y = 0; y < picture.height; ++y) {
-        absolute_difference(row_of(picture, y), row_of(picture, y + 1), n, down.data());
-        absolute_difference(row_of(picture, y), row_of(picture, y) + 3, n - 3, across.data());
-        std::uint8_t* larger = down.data();
-        Row other = across.data(); // of the last pixel: 0
-        for (std::size_t i = 0; i < n; ++i) {
-            larger[i] = greater(larger[i], other[i]);
-        }
-        largest_channel(larger, picture.width, row.data());
-        std::uint8_t* most = steps.data() + width * static_cast<std::size_t>(y);
-        for (std::size_t x = 0; x < width; ++x) {
-            most[x] = greater(most[x], row[x]);
-        }
+/// The largest step of a channel from each pixel of a or b to the next one in x or y.
+void measure_steps(const Picture& a, const Picture& b, std::vector<std::uint8_t>& steps) {
+    const std::size_t n = row_bytes(a);
+    Bytes largest(n);
+    for (int y = 0; y < a.height; ++y) {
+        std::uint8_t* most = largest.data();
+        absolute_difference(row_of(a, y), row_of(a, y + 1), n, most);
+        raise_to_difference(row_of(a, y), row_of(a, y) + 3, n - 3, most);
+        raise_to_difference(row_of(b, y), row_of(b, y + 1), n, most);
+        raise_to_difference(row_of(b, y), row_of(b, y) + 3, n - 3, most);
+        largest_channel(most, a.width, steps.data() + static_cast<std::size_t>(a.width) * static_cast<std::size_t>(y));
     }
 }
 
@@ -381,8 +227,7 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftS
         return;
     }
     if (drift != nullptr) {
-        raise_steps(a, map.steps);
-        raise_steps(b, map.steps);
+        measure_steps(a, b, map.steps);
     }
 
     set_size(map.reference, a);
@@ -418,7 +263,7 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftS
         if (drift != nullptr) {
             map.sharpness[0] += squared_steps(map.reference, y);
             map.sharpness[1] += squared_steps(map.candidate, y);
-            drift->add_row(pa, pb, range_a, range_b, y);
+            drift->add_row(pa, pb, {range_a.low.data(), range_a.high.data()}, {range_b.low.data(), range_b.high.data()}, y);
         }
     }
     if (drift != nullptr) {
