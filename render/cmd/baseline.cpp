@@ -17,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <mutex>
 #include <optional>
@@ -168,7 +169,7 @@ public:
         }
         result.reference = place.folder.string();
         result.candidate = file.string();
-        diff::write_review(before, after, settings, {.folder = comparing_.report}, nullptr, result);
+        diff::write_review(before, after, settings, {comparing_.report, comparing_.pictures}, nullptr, result);
         return result;
     }
 
@@ -299,12 +300,6 @@ std::string made_text(const Target& target) {
     return text;
 }
 
-/// What an update was about to put in a baseline's place; accept has no frames/ in it.
-void remove_fresh(const fs::path& fresh) noexcept {
-    remove_baseline(fresh / "frames");
-    remove_baseline(fresh);
-}
-
 void make_baseline(Target& target, const std::string& gl, int threads, JobProgress& progress) {
     const fs::path& folder = target.place.folder;
     std::error_code error;
@@ -323,71 +318,6 @@ void make_baseline(Target& target, const std::string& gl, int threads, JobProgre
         fs::remove(folder.parent_path(), error); // if nothing is in it
         throw;
     }
-}
-
-/// Throws Error if the case's pictures in the report are not those that were drawn for it.
-void check_reviewed(const fs::path& drawn, const std::string& name) {
-    const std::optional<BaselineRecord> record = read_baseline_record(drawn);
-    if (!record) {
-        throw Error(ExitCode::missing_or_size,
-                    fmt::format("the report has no pictures of {} to accept: {} is not there", name, drawn.string()));
-    }
-    for (const auto& [file, hash] : record->pictures) {
-        if (sim::sha256_of_file(drawn / file) != hash) {
-            throw Error(ExitCode::io, fmt::format("{} is not the picture that was drawn for the report",
-                                                  (drawn / file).string()));
-        }
-    }
-}
-
-/// Names of the cases of a report that are not identical, with the folder of each one's baseline.
-std::vector<std::pair<std::string, fs::path>> cases_of_report(const fs::path& report) {
-    const fs::path path = report / "result.json";
-    const nlohmann::json json = nlohmann::json::parse(sim::read_text_file(path), nullptr, false);
-    std::vector<std::pair<std::string, fs::path>> cases;
-    try {
-        for (const nlohmann::json& each : json.at("cases")) {
-            if (each.at("tier") != diff::name_of(diff::Tier::identical)) {
-                const fs::path folder = each.at("reference").get<std::string>();
-                if (!sim::is_file_name(folder.filename().string()) ||
-                    !sim::is_file_name(folder.parent_path().filename().string())) {
-                    throw Error(ExitCode::io,
-                                fmt::format("cannot read {}: '{}' is the folder of no baseline", path.string(),
-                                            folder.string()));
-                }
-                cases.emplace_back(each.at("name"), folder);
-            }
-        }
-    } catch (const nlohmann::json::exception&) {
-        throw Error(ExitCode::io, fmt::format("cannot read {}: it is no result of a comparison", path.string()));
-    }
-    return cases;
-}
-
-/// Makes the pictures of one case the baseline; returns its folder. reference: that folder, as the report has it.
-fs::path accept_case(const BaselineOptions& options, const std::string& name, const fs::path& reference) {
-    const std::string scene = reference.parent_path().filename().string();
-    const std::string baseline = reference.filename().string();
-    const fs::path drawn =
-        fs::path(options.report) / "candidates" / scene / baseline.substr(0, baseline.find('@')) / "frames";
-    check_reviewed(drawn, name);
-    const fs::path folder = fs::path(options.folder) / scene / baseline;
-    std::error_code error;
-    fs::create_directories(folder.parent_path(), error);
-    const FolderLock lock(folder.parent_path(), FolderLock::Kind::alone, true);
-    const fs::path fresh = folder.string() + ".part";
-    remove_fresh(fresh);
-    for (const fs::path& file : baseline_files(drawn)) {
-        fs::create_directories((fresh / file).parent_path(), error);
-        fs::copy_file(drawn / file, fresh / file, fs::copy_options::overwrite_existing, error);
-        if (error) {
-            remove_fresh(fresh);
-            throw Error(ExitCode::io,
-                        fmt::format("cannot copy {} to {}: {}", drawn.string(), fresh.string(), error.message()));
-        }
-    }
-    replace_folder(fresh, folder);
-    return folder;
 }
 
 } // namespace
@@ -412,9 +342,12 @@ int check_baselines(const BaselineOptions& options, const std::string& command) 
     comparing.report = report.folder();
     comparing.junit = options.junit;
     comparing.limits = options.limits;
+    comparing.history = options.history;
+    comparing.pictures = options.pictures;
     comparing.prints_json = options.prints_json;
     comparing.is_quiet = options.is_quiet;
     diff::Comparison comparison = start_comparison(comparing, command);
+    comparison.accept = accept_command(options, report.folder());
     compare_settings(comparing); // refused before anything is drawn
     const bool is_drawn_elsewhere = is_elsewhere(options.placement);
     if (is_drawn_elsewhere && !draw_elsewhere(options, report.folder(), places)) {
@@ -425,6 +358,7 @@ int check_baselines(const BaselineOptions& options, const std::string& command) 
     const Check check(options, comparing, threads_of(plan));
     comparison.cases.resize(places.size());
     run_jobs(plan, [&](std::size_t i, JobProgress& progress) {
+        const auto begin = std::chrono::steady_clock::now();
         try {
             if (is_drawn_elsewhere) {
                 throw_failure(drawn_folder(comparing.report, places[i]));
@@ -438,6 +372,7 @@ int check_baselines(const BaselineOptions& options, const std::string& command) 
             }
             comparison.cases[i] = failed_case(places[i], error);
         }
+        comparison.cases[i].seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     });
     const int code = finish_comparison(comparing, comparison);
     if (!options.is_quiet && !options.prints_json && code != 0) {
@@ -464,31 +399,6 @@ void update_baselines(const BaselineOptions& options) {
             std::fputs(made_text(targets[i]).c_str(), stdout);
         }
     });
-}
-
-void accept_baselines(const BaselineOptions& options) {
-    const std::vector<std::pair<std::string, fs::path>> found = cases_of_report(options.report);
-    std::vector<std::string> names;
-    for (const auto& [name, folder] : found) {
-        names.push_back(name);
-    }
-    const auto contains = [](const std::vector<std::string>& all, const std::string& name) {
-        return std::find(all.begin(), all.end(), name) != all.end();
-    };
-    for (const std::string& name : options.cases) {
-        if (!contains(names, name)) {
-            throw Error(ExitCode::usage, fmt::format("{} has no case '{}' that changed{}", options.report, name,
-                                                     sim::suggestion(name, names)));
-        }
-    }
-    for (const auto& [name, reference] : found) {
-        if (options.cases.empty() || contains(options.cases, name)) {
-            const fs::path folder = accept_case(options, name, reference);
-            if (!options.is_quiet) {
-                std::printf("%s: %s is now what %s shows\n", name.c_str(), folder.c_str(), options.report.c_str());
-            }
-        }
-    }
 }
 
 } // namespace cmd

@@ -20,6 +20,8 @@ struct BaselineOptions {
     std::string fail_on = "changed";
     std::string junit;  ///< file; empty: none
     std::string limits; ///< file; empty: the baselines' own
+    std::string history; ///< file; empty: none
+    std::size_t pictures = 16; ///< of a case, that a report keeps
     int jobs = 0;       ///< baselines at a time; 0: one for two cores
     Placement placement; ///< of check's drawing
     std::string part;    ///< of check: "K/N", draws every N-th, from K on, and compares nothing; empty: all
@@ -39,5 +41,7 @@ int check_baselines(const BaselineOptions& options, const std::string& command);
 void update_baselines(const BaselineOptions& options);
 /// Makes the pictures that a report shows the baselines.
 void accept_baselines(const BaselineOptions& options);
+/// The command line that does so for a report of check, but its cases.
+std::string accept_command(const BaselineOptions& options, const std::string& report);
 
 } // namespace cmd

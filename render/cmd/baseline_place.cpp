@@ -169,4 +169,9 @@ void replace_folder(const fs::path& fresh, const fs::path& folder) {
     keep_others(old, folder);
 }
 
+void remove_fresh(const fs::path& fresh) noexcept {
+    remove_baseline(fresh / "frames");
+    remove_baseline(fresh);
+}
+
 } // namespace cmd

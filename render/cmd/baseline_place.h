@@ -47,4 +47,7 @@ void remove_baseline(const std::filesystem::path& folder) noexcept;
 /// a baseline stays. Throws Error (io).
 void replace_folder(const std::filesystem::path& fresh, const std::filesystem::path& folder);
 
+/// What an update was about to put in a baseline's place; accept has no frames/ in it.
+void remove_fresh(const std::filesystem::path& fresh) noexcept;
+
 } // namespace cmd

@@ -2,18 +2,27 @@
 
 #include "render/cmd/interrupt.h"
 #include "render/cmd/usage.h"
+#include "render/compare/cases.h"
+#include "render/compare/history.h"
 #include "render/compare/limits_file.h"
 #include "render/compare/report.h"
 #include "render/compare/side_by_side.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
+#include "sim/base/workers.h"
 #include "sim/scene/difference.h"
 
 #include <CLI/CLI.hpp>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstdio>
+#include <ctime>
+#include <exception>
+#include <functional>
 #include <thread>
 
 namespace cmd {
@@ -110,6 +119,10 @@ diff::Comparison start_comparison(const CompareOptions& options, const std::stri
 
 int finish_comparison(const CompareOptions& options, diff::Comparison& comparison) {
     diff::sum_up(comparison);
+    if (!options.history.empty()) {
+        diff::append_history(options.history, comparison, fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr))));
+        diff::read_history(options.history, comparison);
+    }
     if (!options.report.empty()) {
         diff::write_report(options.report, comparison);
     }
@@ -129,9 +142,18 @@ int finish_comparison(const CompareOptions& options, diff::Comparison& compariso
     return comparison.exit_code;
 }
 
+void add_report_options(CLI::App& verb, std::size_t& pictures, std::string& history) {
+    verb.add_option("--pictures", pictures, "Frames of a case whose pictures the report keeps, the worst ones (16)")
+        ->type_name("N")
+        ->check(whole_number(0, 1000000));
+    verb.add_option("--history", history,
+                    "Appends a line of JSON a case to this file; the report shows the last runs and which cases are flaky")
+        ->type_name("FILE");
+}
+
 void add_compare_options(CLI::App& verb, CompareOptions& options) {
     verb.add_option("REFERENCE", options.reference,
-                    "A picture, a folder of frames, a run's folder, or a film")
+                    "A picture, a folder of frames, a run's folder, a film, or a folder of such")
         ->required()
         ->type_name("");
     verb.add_option("CANDIDATE", options.candidate, "What is compared with it, of the same kind")
@@ -150,6 +172,7 @@ void add_compare_options(CLI::App& verb, CompareOptions& options) {
         ->allow_extra_args(false);
     verb.add_option("--report", options.report, "Folder for the report and its pictures")->type_name("DIR");
     verb.add_option("--junit", options.junit, "Writes JUnit's XML too")->type_name("FILE");
+    add_report_options(verb, options.pictures, options.history);
     verb.add_option("--limits", options.limits, "Limits of the gates, as --calibrate prints them")
         ->type_name("FILE");
     verb.add_option("--threads", options.threads, "Pairs at a time; the result does not depend on it")
@@ -162,39 +185,119 @@ void add_compare_options(CLI::App& verb, CompareOptions& options) {
 }
 
 bool needs_films(const CompareOptions& options) {
-    const auto is_film_source = [&options](const std::string& path) {
-        try {
-            const diff::SourceKind kind = diff::find_source(path).kind;
-            return kind == diff::SourceKind::film ||
-                   (kind == diff::SourceKind::frames && !options.report.empty());
-        } catch (const Error&) {
-            return false; // said when it is compared
-        }
+    const auto is_film_source = [&options](const fs::path& path) {
+        const diff::SourceKind kind = diff::find_source(path).kind;
+        return kind == diff::SourceKind::film || (kind == diff::SourceKind::frames && !options.report.empty());
     };
-    return is_film_source(options.reference) || is_film_source(options.candidate);
+    try {
+        const std::vector<diff::CasePaths> cases = diff::find_cases(options.reference, options.candidate);
+        return std::any_of(cases.begin(), cases.end(), [&](const diff::CasePaths& paths) {
+            return is_film_source(paths.reference) || is_film_source(paths.candidate);
+        });
+    } catch (const Error&) {
+        return false; // said when it is compared
+    }
 }
 
-int compare(const CompareOptions& options, const std::string& command, const diff::FilmTools* films) {
-    const diff::Settings settings = compare_settings(options);
-    const diff::Source reference = diff::find_source(options.reference);
-    const diff::Source candidate = diff::find_source(options.candidate);
-    diff::Comparison comparison = start_comparison(options, command);
-    comparison.cases.push_back(
-        diff::compare_sources(case_name(options.candidate), reference, candidate, settings, films));
-    diff::Case& result = comparison.cases.front();
+namespace {
+
+/// What all cases of one call share.
+struct Comparing {
+    const CompareOptions& options;
+    diff::Settings settings;
+    const diff::FilmTools* films;
+};
+
+diff::Case compare_case(const Comparing& comparing, const diff::CasePaths& paths) {
+    const auto begin = std::chrono::steady_clock::now();
+    const diff::Source reference = diff::find_source(paths.reference);
+    const diff::Source candidate = diff::find_source(paths.candidate);
+    const std::string name = paths.name.empty() ? case_name(comparing.options.candidate) : paths.name;
+    diff::Case result = diff::compare_sources(name, reference, candidate, comparing.settings, comparing.films);
     name_scene_cause(reference, candidate, result);
-    result.reference = options.reference;
-    result.candidate = options.candidate;
+    result.reference = paths.name.empty() ? comparing.options.reference : paths.reference.string();
+    result.candidate = paths.name.empty() ? comparing.options.candidate : paths.candidate.string();
+    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return result;
+}
+
+void review_case(const Comparing& comparing, const diff::CasePaths& paths, diff::Case& result) {
+    const CompareOptions& options = comparing.options;
+    const diff::Source reference = diff::find_source(paths.reference);
+    const diff::Source candidate = diff::find_source(paths.candidate);
+    diff::write_review(reference, candidate, comparing.settings, {options.report, options.pictures}, comparing.films, result);
+    if (comparing.films != nullptr) {
+        diff::write_side_by_side(reference, candidate, comparing.settings, *comparing.films, options.report, result);
+    }
+}
+
+/// Calls use(i) for all cases, several at a time; what it throws is kept in errors[i].
+std::vector<std::exception_ptr> for_each_case(int threads, std::size_t count, const std::function<void(std::size_t)>& use) {
+    std::vector<std::exception_ptr> errors(count);
+    sim::Workers workers(std::min(threads, static_cast<int>(std::max<std::size_t>(count, 1))));
+    std::atomic<std::size_t> next = 0;
+    workers.run(static_cast<std::size_t>(threads), [&](std::size_t, std::size_t) {
+        for (std::size_t i = next++; i < count; i = next++) {
+            try {
+                use(i);
+            } catch (...) {
+                errors[i] = std::current_exception();
+            }
+        }
+    });
+    return errors;
+}
+
+/// One case of many that could not be compared is told among them; a single one is the error. Throws Error.
+void tell_error(const std::exception_ptr& thrown, const diff::CasePaths& paths, diff::Case& result) {
+    try {
+        std::rethrow_exception(thrown);
+    } catch (const Error& error) {
+        if (paths.name.empty() || error.code() == ExitCode::interrupted) {
+            throw;
+        }
+        result = {};
+        result.name = paths.name;
+        result.reference = paths.reference.string();
+        result.candidate = paths.candidate.string();
+        result.status = diff::Status::unreadable;
+        result.tier = diff::Tier::changed;
+        result.is_failed = true;
+        result.message = error.what();
+        result.error_code = static_cast<int>(error.code());
+    }
+}
+
+} // namespace
+
+int compare(const CompareOptions& options, const std::string& command, const diff::FilmTools* films) {
+    Comparing comparing{options, compare_settings(options), films};
+    const std::vector<diff::CasePaths> paths = diff::find_cases(options.reference, options.candidate);
+    const int threads = comparing.settings.threads;
+    comparing.settings.threads = paths.size() > 1 ? 1 : threads; // a core a case, or a pair
+    diff::Comparison comparison = start_comparison(options, command);
+    comparison.cases.resize(paths.size());
+    const auto for_all = [&](const std::function<void(std::size_t)>& use) {
+        const std::vector<std::exception_ptr> errors = for_each_case(threads, paths.size(), use);
+        for (std::size_t i = 0; i < errors.size(); ++i) {
+            if (errors[i] != nullptr) {
+                tell_error(errors[i], paths[i], comparison.cases[i]);
+            }
+        }
+    };
+    for_all([&](std::size_t i) { comparison.cases[i] = compare_case(comparing, paths[i]); });
     if (options.calibrates) {
-        std::fputs(diff::proposed_limits(comparison, options.limits.empty() ? diff::Limits() : diff::read_limits(options.limits)).c_str(), stdout);
+        const diff::Limits least = options.limits.empty() ? diff::Limits() : diff::read_limits(options.limits);
+        std::fputs(diff::proposed_limits(comparison, least).c_str(), stdout);
         return static_cast<int>(ExitCode::good);
     }
     if (!options.report.empty()) {
         prepare_report(options.report);
-        diff::write_review(reference, candidate, settings, {.folder = options.report}, films, result);
-        if (films != nullptr) {
-            diff::write_side_by_side(reference, candidate, settings, *films, options.report, result);
-        }
+        for_all([&](std::size_t i) {
+            if (comparison.cases[i].error_code == 0) {
+                review_case(comparing, paths[i], comparison.cases[i]);
+            }
+        });
     }
     return finish_comparison(options, comparison);
 }

@@ -2,6 +2,7 @@
 /// tumble compare: two pictures, folders of frames, films or runs.
 #include "render/compare/sequence.h"
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct CompareOptions {
     std::string report; ///< folder; empty: none
     std::string junit;  ///< file; empty: none
     std::string limits; ///< file that --calibrate has made; empty: defaults
+    std::string history; ///< file that a line a case is appended to; empty: none
+    std::size_t pictures = diff::default_pictures; ///< of a case, that a report keeps
     int threads = 0;    ///< 0: one a core
     bool prints_json = false;
     bool calibrates = false;
@@ -42,6 +45,8 @@ void prepare_report(const std::string& folder);
 /// Where the cause is another scene: which key, and both its values.
 void name_scene_cause(const diff::Source& reference, const diff::Source& candidate, diff::Case& result);
 diff::Comparison start_comparison(const CompareOptions& options, const std::string& command);
+/// --pictures and --history, which baselines have too.
+void add_report_options(CLI::App& verb, std::size_t& pictures, std::string& history);
 /// Writes and prints what the options ask for; returns the exit code.
 int finish_comparison(const CompareOptions& options, diff::Comparison& comparison);
 

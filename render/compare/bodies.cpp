@@ -4,6 +4,7 @@
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -24,6 +25,13 @@ constexpr int changed_levels = 4;
 /// A body that covers fewer pixels is not said to be missing: an edge's noise may hide it.
 constexpr std::int64_t least_pixels = 4;
 constexpr double least_distance = 1e-9; ///< [m] positions are written with all digits; this is rounding
+constexpr double least_angle = 1e-6;    ///< [degrees] the same
+/// A body of which so much more is seen in one picture [-] has been partly hidden: the middle of the rest tells no shift.
+constexpr double most_hidden = 0.1;
+/// Bodies that stand still and look different all the same, from which on camera or light are said to have changed: so many,
+/// and this share [-] of all that are seen.
+constexpr std::size_t least_still = 3;
+constexpr double least_still_share = 1.0 / 3.0;
 
 /// What one body covers in one image.
 struct Cover {
@@ -48,6 +56,9 @@ struct Body {
     Cover before;
     Cover after;
     std::int64_t changed = 0;        ///< pixels that it covers before or after, beyond an edge's noise
+    std::int64_t elsewhere = 0;      ///< pixels that it covers before or after only
+    double light_before = 0.0;       ///< sum of the changed pixels' values that it covers before and after [levels]
+    double light_after = 0.0;        ///< [levels]
     std::set<std::int32_t> cells;    ///< that it covers before or after
     std::int32_t last_cell = -1;
 
@@ -63,25 +74,53 @@ std::string name_in(const BodyImage& image, std::uint32_t id) {
     return id > 0 && id <= image.names.size() ? image.names[id - 1] : std::string();
 }
 
-std::optional<std::array<double, 3>> position_in(const BodyImage& image, const std::string& name) {
+/// Of position or orientation; none if the image does not have it.
+template <std::size_t n>
+std::optional<std::array<double, n>> value_in(const std::vector<std::array<double, n>>& values, const BodyImage& image,
+                                              const std::string& name) {
     const auto found = std::find(image.names.begin(), image.names.end(), name);
     const auto index = static_cast<std::size_t>(found - image.names.begin());
-    if (index >= image.positions.size()) {
-        return std::nullopt;
-    }
-    return image.positions[index];
+    return index < values.size() ? std::optional(values[index]) : std::nullopt;
 }
 
-std::optional<double> distance_of(const BodyImage& a, const BodyImage& b, const std::string& name) {
-    const auto x = position_in(a, name);
-    const auto y = position_in(b, name);
-    if (!x || !y) {
-        return std::nullopt;
+/// What both states say of a body.
+struct Motion {
+    std::optional<double> distance; ///< [m]
+    std::optional<double> angle;    ///< [degrees]
+
+    bool is_still() const {
+        return distance && *distance <= least_distance && (!angle || *angle <= least_angle);
     }
-    return std::hypot((*x)[0] - (*y)[0], (*x)[1] - (*y)[1], (*x)[2] - (*y)[2]);
+};
+
+Motion motion_of(const BodyImage& a, const BodyImage& b, const std::string& name) {
+    Motion motion;
+    const auto x = value_in(a.positions, a, name);
+    const auto y = value_in(b.positions, b, name);
+    if (x && y) {
+        motion.distance = std::hypot((*x)[0] - (*y)[0], (*x)[1] - (*y)[1], (*x)[2] - (*y)[2]);
+    }
+    const auto p = value_in(a.orientations, a, name);
+    const auto q = value_in(b.orientations, b, name);
+    if (p && q) {
+        // Sine and cosine of half the angle: |p - q| and |p + q|, whichever of q and -q is nearer.
+        double sum = 0.0;
+        double difference = 0.0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            sum += std::pow((*p)[i] + (*q)[i], 2);
+            difference += std::pow((*p)[i] - (*q)[i], 2);
+        }
+        constexpr double degrees = 180.0 / 3.14159265358979323846;
+        motion.angle = 4.0 * degrees * std::atan2(std::sqrt(std::min(sum, difference)), std::sqrt(std::max(sum, difference)));
+    }
+    return motion;
 }
 
-/// All bodies with changed pixels.
+double light_of(const Picture& picture, std::size_t pixel) {
+    return picture.rgb[3 * pixel] + picture.rgb[3 * pixel + 1] + picture.rgb[3 * pixel + 2];
+}
+
+/// All bodies that are seen.
 std::map<std::string, Body> find_bodies(const BodyImage& reference, const BodyImage& candidate,
                                         const DifferenceMap& map) {
     std::map<std::string, Body> bodies;
@@ -103,29 +142,34 @@ std::map<std::string, Body> find_bodies(const BodyImage& reference, const BodyIm
             Body* before = body_of(reference, reference.ids[pixel], of_reference);
             Body* after = body_of(candidate, candidate.ids[pixel], of_candidate);
             const bool is_changed = map.excess[pixel] > changed_levels;
+            if (is_changed && before != nullptr && before == after) {
+                before->light_before += light_of(map.reference, pixel);
+                before->light_after += light_of(map.candidate, pixel);
+            }
             const std::int32_t cell = y / cell_size * columns + x / cell_size;
             if (before != nullptr) {
                 before->before.add(x, y);
                 before->changed += is_changed;
+                before->elsewhere += after != before;
                 before->add_cell(cell);
             }
             if (after != nullptr) {
                 after->after.add(x, y);
                 after->changed += is_changed && after != before;
+                after->elsewhere += after != before;
                 after->add_cell(cell);
             }
         }
     }
-    std::erase_if(bodies, [](const auto& entry) { return entry.second.changed == 0; });
     return bodies;
 }
 
 /// What happened to a body; none if only what it shows of others changed.
-std::optional<BodyChange> change_of(const std::string& name, const Body& body, std::optional<double> distance,
-                                    const DifferenceMap& map) {
+std::optional<BodyChange> change_of(const std::string& name, const Body& body, const Motion& motion, const DifferenceMap& map) {
     BodyChange change;
     change.name = name;
-    change.distance = distance;
+    change.distance = motion.distance;
+    change.angle = motion.angle;
     const Cover& shown = body.before.pixels > 0 ? body.before : body.after;
     change.pixels = shown.pixels;
     change.box = shown.box();
@@ -140,10 +184,16 @@ std::optional<BodyChange> change_of(const std::string& name, const Body& body, s
     if (!is_shift) {
         const auto n = static_cast<double>(body.before.pixels);
         const auto m = static_cast<double>(body.after.pixels);
-        change.displacement = {body.after.x / m - body.before.x / n, body.after.y / m - body.before.y / n, 0.0};
+        const bool is_hidden = std::abs(n - m) > most_hidden * std::max(n, m);
+        change.displacement = is_hidden ? Displacement{}
+                                        : Displacement{body.after.x / m - body.before.x / n, body.after.y / m - body.before.y / n, 0.0};
     }
-    if (distance ? *distance > least_distance : is_shift) {
+    if (motion.distance ? *motion.distance > least_distance : is_shift) {
         change.kind = BodyChange::Kind::moved;
+        return change;
+    }
+    if (motion.angle && *motion.angle > least_angle) {
+        change.kind = BodyChange::Kind::turned;
         return change;
     }
     change.kind = BodyChange::Kind::recoloured;
@@ -205,6 +255,7 @@ std::optional<BodyImage> read_body_image(const fs::path& picture, const PictureL
         const nlohmann::json json = nlohmann::json::parse(sim::read_text_file(names_path));
         json.at("names").get_to(image.names);
         json.at("positions").get_to(image.positions);
+        image.orientations = json.value("orientations", image.orientations);
     } catch (const nlohmann::json::exception&) {
         throw sim::Error(sim::ExitCode::io, "cannot read " + names_path.string() + ": it is damaged");
     }
@@ -234,13 +285,51 @@ void mask_bodies(const BodyImage& image, const std::vector<std::string>& names, 
     }
 }
 
+namespace {
+
+/// What bodies show that stand still: that the camera has moved, or that the light is another; empty if few look different.
+std::string scene_change_of(const std::map<std::string, Body>& bodies, const std::vector<const Body*>& still) {
+    if (still.size() < least_still || static_cast<double>(still.size()) < least_still_share * static_cast<double>(bodies.size())) {
+        return {};
+    }
+    double before = 0.0;
+    double after = 0.0;
+    std::size_t elsewhere = 0;
+    for (const Body* body : still) {
+        before += body->light_before;
+        after += body->light_after;
+        elsewhere += body->elsewhere > 0;
+    }
+    if (2 * elsewhere > still.size()) {
+        return fmt::format("the camera moved: {} bodies that stand still are seen elsewhere", still.size());
+    }
+    const double percent = before > 0.0 ? 100.0 * (after / before - 1.0) : 0.0;
+    return fmt::format("the light changed: {} bodies that stand still are {:.2g} % {}", still.size(), std::abs(percent),
+                       percent < 0.0 ? "darker" : "brighter");
+}
+
+} // namespace
+
 void name_bodies(const BodyImage& reference, const BodyImage& candidate, const DifferenceMap& map, Frame& frame) {
     for (Cluster& cluster : frame.clusters) {
         cluster.bodies = names_in(cluster.box, reference, candidate, map);
     }
+    const std::map<std::string, Body> bodies = find_bodies(reference, candidate, map);
+    std::map<std::string, Motion> motions;
+    std::vector<const Body*> still;
+    for (const auto& [name, body] : bodies) {
+        const Motion motion = motions[name] = motion_of(reference, candidate, name);
+        const std::int64_t least = std::max(least_pixels, std::max(body.before.pixels, body.after.pixels) / 4);
+        if (motion.is_still() && body.changed >= least) {
+            still.push_back(&body);
+        }
+    }
+    frame.scene_change = scene_change_of(bodies, still);
     std::vector<std::pair<std::int64_t, BodyChange>> order;
-    for (const auto& [name, body] : find_bodies(reference, candidate, map)) {
-        if (const auto change = change_of(name, body, distance_of(reference, candidate, name), map)) {
+    for (const auto& [name, body] : bodies) {
+        const bool is_said = body.changed == 0 || (!frame.scene_change.empty() && motions[name].is_still());
+        const auto change = is_said ? std::nullopt : change_of(name, body, motions[name], map);
+        if (change) {
             order.emplace_back(body.changed, *change);
         }
     }

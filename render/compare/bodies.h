@@ -20,6 +20,7 @@ struct BodyImage {
     std::vector<std::uint32_t> ids;               ///< [height * width] index into names plus 1; 0: none
     std::vector<std::string> names;               ///< [body_count]
     std::vector<std::array<double, 3>> positions; ///< [body_count] [m] centres of mass
+    std::vector<std::array<double, 4>> orientations; ///< [body_count] unit quaternions w x y z; of older files empty
 };
 
 /// The image beside PICTURE.png: PICTURE.bodies.png and PICTURE.bodies.json; none if there is none.
@@ -29,7 +30,8 @@ std::optional<BodyImage> read_body_image(const std::filesystem::path& picture, c
 /// Makes white the pixels that show one of the bodies and their neighbours, which their edges reach.
 void mask_bodies(const BodyImage& image, const std::vector<std::string>& names, Picture& pixels);
 
-/// Names the bodies of clusters, and lists what happened to bodies. All are of one size; `map` is of the same two
+/// Names the bodies of clusters, and lists what happened to bodies; what a moved camera or another light does to those that
+/// stand still is said once. All are of one size; `map` is of the same two
 /// pictures.
 void name_bodies(const BodyImage& reference, const BodyImage& candidate, const DifferenceMap& map, Frame& frame);
 

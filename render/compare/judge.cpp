@@ -244,18 +244,24 @@ void judge_colors(const Picture& reference, const Picture& candidate, const Limi
     frame.gates = std::move(findings.gates);
     frame.clusters = std::move(findings.clusters);
     frame.curve = 0.0;
-    std::string exceeded;
+    const Gate* worst = nullptr;
+    std::int64_t exceeded = 0;
     for (const Gate& gate : frame.gates) {
-        frame.curve = std::max(frame.curve, gate.limit > 0.0 ? gate.value / gate.limit : gate.value);
-        if (gate.is_exceeded) {
-            exceeded += fmt::format("{}{} {:.4g} {} (limit {:.4g}): {}", exceeded.empty() ? "" : "; ", gate.name,
-                                    gate.value, gate.unit, gate.limit, gate.reason);
+        const double share = gate.limit > 0.0 ? gate.value / gate.limit : gate.value;
+        exceeded += gate.is_exceeded;
+        if (worst == nullptr || share > frame.curve) {
+            worst = &gate;
+            frame.curve = share;
         }
     }
-    frame.message = exceeded.empty() ? fmt::format("{} pixels differ by up to {} levels, all within the noise of "
-                                                   "edges and rounding",
-                                                   map.differing, map.largest)
-                                     : exceeded;
+    if (exceeded == 0) {
+        frame.message = fmt::format("{} pixels differ by up to {} levels, all within the noise of edges and rounding",
+                                    map.differing, map.largest);
+        return;
+    }
+    // All gates are in the details.
+    frame.message = fmt::format("{} {:.4g} {} (limit {:.4g}): {}{}", worst->name, worst->value, worst->unit, worst->limit,
+                                worst->reason, exceeded > 1 ? fmt::format("; {} more above the limit", exceeded - 1) : "");
 }
 
 /// The picture as seen on white.

@@ -138,11 +138,17 @@ Mask mask_of(const PairPaths& paths, const PairSettings& settings, const PairMem
 /// "cube_412 moved by (+1.0, +0.0) px, 2.4 mm"
 std::string text_of(const BodyChange& change) {
     const Displacement& u = change.displacement;
+    const std::string turned = change.angle && *change.angle >= 0.05 ? fmt::format("turned by {:.3g} degrees", *change.angle) : "";
     switch (change.kind) {
-    case BodyChange::Kind::moved:
-        return fmt::format("{} moved by ({:+.1f}, {:+.1f}) px{}", change.name, u.x, u.y,
-                           change.distance ? fmt::format(", {:.3g} mm", 1e3 * *change.distance)
-                                           : std::string());
+    case BodyChange::Kind::moved: {
+        std::string how = u.x != 0.0 || u.y != 0.0 ? fmt::format(" by ({:+.1f}, {:+.1f}) px", u.x, u.y) : "";
+        if (change.distance) {
+            how += fmt::format("{} {:.3g} mm", how.empty() ? " by" : ",", 1e3 * *change.distance);
+        }
+        return change.name + " moved" + how + (turned.empty() ? "" : ", " + turned);
+    }
+    case BodyChange::Kind::turned:
+        return change.name + " " + (turned.empty() ? "turned" : turned);
     case BodyChange::Kind::missing:
         return change.name + " is missing";
     case BodyChange::Kind::appeared:
@@ -155,15 +161,18 @@ std::string text_of(const BodyChange& change) {
 
 void add_bodies(const PairPaths& paths, const PairSettings& settings, const PairMemory& memory,
                 Frame& frame) {
-    constexpr std::size_t most_named = 4;
+    constexpr std::size_t most_named = 3;
     const auto bodies = read_bodies(paths, settings, memory);
     if (!bodies) {
         return;
     }
     name_bodies(bodies->first, bodies->second, memory.map, frame);
-    std::string text;
+    std::string text = frame.scene_change.empty() ? "" : frame.scene_change + "; ";
     for (std::size_t i = 0; i < std::min(frame.bodies.size(), most_named); ++i) {
         text += text_of(frame.bodies[i]) + "; ";
+    }
+    if (frame.bodies.size() > most_named) {
+        text += fmt::format("and {} more; ", frame.bodies.size() - most_named);
     }
     frame.message = text + frame.message;
 }

@@ -1,6 +1,8 @@
 #include "render/compare/report.h"
 
+#include "render/compare/history.h"
 #include "render/compare/report_page.h"
+#include "render/compare/utf8.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 
@@ -70,6 +72,7 @@ Json to_json(const Frame& frame) {
                 {"kind", name_of(b.kind)},
                 {"displacement", to_json(b.displacement)},
                 {"distance", or_null(b.distance)},
+                {"angle", or_null(b.angle)},
                 {"pixels", b.pixels},
                 {"box", to_json(b.box)}};
     };
@@ -89,6 +92,7 @@ Json to_json(const Frame& frame) {
             {"gates", list(frame.gates, gate)},
             {"clusters", list(frame.clusters, cluster)},
             {"bodies", list(frame.bodies, body)},
+            {"scene_change", frame.scene_change},
             {"reference_picture", frame.reference_picture},
             {"candidate_picture", frame.candidate_picture},
             {"difference_picture", frame.difference_picture}};
@@ -115,6 +119,11 @@ Json to_json(const Case& c) {
             {"extra_frames", c.extra_frames},
             {"film", c.film},
             {"fps", c.fps},
+            {"is_flaky", is_flaky(c)},
+            {"history", list(c.history,
+                             [](const PastRun& run) -> Json {
+                                 return {{"time", run.time}, {"is_failed", run.is_failed}, {"curve", run.curve}};
+                             })},
             {"frames", list(c.frames, [](const Frame& f) { return to_json(f); })}};
 }
 
@@ -136,7 +145,7 @@ std::string verdict(const Case& c) {
 /// Text for XML: the characters with a meaning are named, those it cannot hold are replaced.
 std::string xml(const std::string& text) {
     std::string out;
-    for (const char c : text) {
+    for (const char c : as_utf8(text)) {
         switch (c) {
         case '&':
             out += "&amp;";
@@ -170,6 +179,7 @@ std::string to_json(const Comparison& comparison) {
     const Json json = {{"version", 1},
                        {"program", comparison.program},
                        {"command", comparison.command},
+                       {"accept", comparison.accept},
                        {"fail_on", name_of(comparison.fail_on)},
                        {"exit_code", comparison.exit_code},
                        {"counts",
@@ -185,13 +195,21 @@ std::string to_json(const Comparison& comparison) {
 }
 
 std::string to_junit(const Comparison& comparison) {
-    std::string text = fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-                                   "<testsuites>\n<testsuite name=\"tumble\" tests=\"{}\" failures=\"{}\">\n",
-                                   comparison.cases.size(), comparison.failed_cases);
+    const auto is_error = [](const Case& c) { return c.is_failed && c.status == Status::unreadable; };
+    const auto errors = std::count_if(comparison.cases.begin(), comparison.cases.end(), is_error);
+    double seconds = 0.0;
     for (const Case& c : comparison.cases) {
-        text += fmt::format("<testcase classname=\"tumble.compare\" name=\"{}\">", xml(c.name));
+        seconds += c.seconds;
+    }
+    std::string text = fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n"
+                                   "<testsuite name=\"tumble\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"0\" "
+                                   "time=\"{:.3f}\">\n",
+                                   comparison.cases.size(), comparison.failed_cases - errors, errors, seconds);
+    for (const Case& c : comparison.cases) {
+        text += fmt::format("<testcase classname=\"tumble.compare\" name=\"{}\" time=\"{:.3f}\">", xml(c.name), c.seconds);
         if (c.is_failed) {
-            text += fmt::format("\n<failure type=\"{}\" message=\"{}\">{}\nreference: {}\ncandidate: {}\n", verdict(c),
+            const char* element = is_error(c) ? "error" : "failure";
+            text += fmt::format("\n<{} type=\"{}\" message=\"{}\">{}\nreference: {}\ncandidate: {}\n", element, verdict(c),
                                 xml(c.message), xml(c.cause_text), xml(c.reference), xml(c.candidate));
             for (const Frame& frame : c.frames) {
                 for (const std::string& picture :
@@ -199,7 +217,7 @@ std::string to_junit(const Comparison& comparison) {
                     text += picture.empty() ? "" : xml(picture) + "\n";
                 }
             }
-            text += "</failure>\n";
+            text += fmt::format("</{}>\n", element);
         }
         text += "</testcase>\n";
     }
@@ -238,7 +256,7 @@ std::string to_markdown(const Comparison& comparison) {
 std::string to_text(const Comparison& comparison) {
     std::string text;
     for (const Case& c : comparison.cases) {
-        text += fmt::format("{}: {}: {}\n", c.name, verdict(c), c.message);
+        text += fmt::format("{}: {}{}: {}\n", c.name, verdict(c), is_flaky(c) ? " (flaky)" : "", c.message);
         if (!c.cause_text.empty()) {
             text += "  " + c.cause_text + "\n";
         }
@@ -332,6 +350,8 @@ void write_report(const fs::path& folder, const Comparison& comparison) {
             names.insert(names.end(), {frame.reference_picture, frame.candidate_picture, frame.difference_picture});
         }
     }
+    // What lies in the folder without having been written for the report is not its to remove.
+    std::erase_if(names, [](const std::string& name) { return name.starts_with(candidates_folder); });
     write_manifest(folder, report_kind, names);
 }
 

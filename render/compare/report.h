@@ -25,6 +25,9 @@ std::string to_text(const Comparison& comparison);
 /// Error (io).
 void remove_report(const std::filesystem::path& folder);
 
+/// Part of a report's folder in which somebody else keeps pictures: what baselines were compared with.
+inline constexpr const char* candidates_folder = "candidates/";
+
 /// What a manifest is of.
 inline constexpr const char* report_kind = "report";
 inline constexpr const char* gallery_kind = "gallery";

@@ -24,7 +24,7 @@ const char* name_of(ClusterKind kind) {
 }
 
 const char* name_of(BodyChange::Kind kind) {
-    constexpr const char* names[] = {"moved", "missing", "appeared", "recoloured"};
+    constexpr const char* names[] = {"moved", "turned", "missing", "appeared", "recoloured"};
     return names[static_cast<int>(kind)];
 }
 

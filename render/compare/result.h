@@ -82,11 +82,12 @@ struct Cluster {
 
 /// What happened to one body, from the body images of both sides.
 struct BodyChange {
-    enum class Kind { moved, missing, appeared, recoloured };
+    enum class Kind { moved, turned, missing, appeared, recoloured };
     std::string name;
     Kind kind = Kind::moved;
-    Displacement displacement;      ///< of its image
+    Displacement displacement;      ///< of its image; 0 where hidden parts keep it from being told
     std::optional<double> distance; ///< [m] that its centre has moved, where both states are known
+    std::optional<double> angle;    ///< [degrees] by which it has turned, where both states are known
     std::int64_t pixels = 0;        ///< that it covers in the reference (in the candidate if it appeared)
     Box box;                        ///< of its image in the reference (in the candidate if it appeared)
 };
@@ -94,7 +95,7 @@ struct BodyChange {
 /// One pair of pictures.
 struct Frame {
     std::string name;          ///< of the file without folder, "frame_000012.png"; of a film "frame 12"
-    std::int64_t index = 0;    ///< in the sequence, 0-based
+    std::int64_t index = 0;    ///< its number, as the file's name has it; 0-based place in a sequence without numbers
     Status status = Status::compared;
     Tier tier = Tier::identical; ///< where status is compared; otherwise changed
     std::string message;       ///< one sentence that explains status and tier
@@ -109,6 +110,7 @@ struct Frame {
     std::vector<Gate> gates;          ///< empty if identical or not compared
     std::vector<Cluster> clusters;    ///< the largest 16 at most, largest first
     std::vector<BodyChange> bodies;   ///< the largest 16 at most
+    std::string scene_change;         ///< what all bodies that stand still show: another camera, another light; or empty
     /// Pictures for review, relative to the folder of the report; empty if there is none. An identical frame
     /// and the frames of a long sequence beyond the worst ones have none.
     std::string reference_picture;
@@ -131,6 +133,13 @@ struct Origin {
     std::string renderer;      ///< OpenGL's renderer and version
     std::string processor;     ///< what else the pictures' bytes depend on
     std::map<std::string, std::string> shaders; ///< hash of each file
+};
+
+/// What an earlier run of the same comparison found, see history.h.
+struct PastRun {
+    std::string time;       ///< "2026-01-31T12:00:00Z"
+    bool is_failed = false;
+    double curve = 0.0;     ///< largest of its frames
 };
 
 /// One thing under comparison: a pair of pictures (one frame), or two sequences of them.
@@ -158,12 +167,15 @@ struct Case {
     std::optional<std::int64_t> shift; ///< candidate frame i + shift is reference frame i, for all they share
     std::string film; ///< reference | candidate | difference, relative to the folder of the report; or empty
     double fps = 0.0; ///< [1/s] of the film
+    std::vector<PastRun> history; ///< the last runs, this one among them, oldest first; empty if none is kept
+    double seconds = 0.0;         ///< [s] that it took; told in JUnit only, since no two runs have the same
 };
 
 /// Everything one call of `tumble compare` or `tumble baseline check` has found.
 struct Comparison {
     std::string program;              ///< "tumble 0.1.0"
     std::string command;              ///< arguments as given
+    std::string accept;               ///< command that makes the candidates the baselines; empty if there is none
     Tier fail_on = Tier::changed;     ///< tiers from this one on fail
     std::vector<Case> cases;
     std::array<std::int64_t, 3> cases_of_tier{}; ///< compared cases by Tier

@@ -1,6 +1,9 @@
 #include "render/compare/sequence.h"
 
+#include "render/compare/cases.h"
+#include "render/compare/report.h"
 #include "render/compare/shift.h"
+#include "render/compare/utf8.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 #include "sim/base/workers.h"
@@ -11,6 +14,7 @@
 #include <atomic>
 #include <exception>
 #include <limits>
+#include <utility>
 
 namespace diff {
 
@@ -24,11 +28,12 @@ bool is_bad(const Frame& frame, Tier fail_on) {
     return frame.status != Status::compared || frame.tier >= fail_on;
 }
 
-/// All names of the two, sorted; those of a picture are both "".
+/// All names of the two, in order; those of a picture are both "".
 std::vector<std::string> frame_names(const Source& reference, const Source& candidate) {
     std::vector<std::string> names;
     std::set_union(reference.names.begin(), reference.names.end(), candidate.names.begin(), candidate.names.end(),
                    std::back_inserter(names));
+    sort_frames(names);
     return names;
 }
 
@@ -52,6 +57,7 @@ void compare_files_of(const Source& reference, const Source& candidate, const Se
         names = {reference.path.filename().string()};
     }
     result.frames.resize(names.size());
+    const std::vector<std::int64_t> numbers = frame_numbers(names);
     std::atomic<std::size_t> next = 0;
     const auto parts = static_cast<std::size_t>(std::min<std::size_t>(static_cast<std::size_t>(settings.threads),
                                                                       names.size()));
@@ -64,7 +70,7 @@ void compare_files_of(const Source& reference, const Source& candidate, const Se
                 for (std::size_t i = next++; i < names.size() && !settings.is_interrupted(); i = next++) {
                     Frame& frame = result.frames[i];
                     frame.name = names[i];
-                    frame.index = static_cast<std::int64_t>(i);
+                    frame.index = numbers.empty() || !result.is_sequence ? static_cast<std::int64_t>(i) : numbers[i];
                     compare_files({path_in(reference, names[i]), path_in(candidate, names[i])}, settings.pair, memory,
                                   frame);
                 }
@@ -86,13 +92,16 @@ void compare_files_of(const Source& reference, const Source& candidate, const Se
 /// Pictures of a folder, one after the other.
 class FolderReader : public FilmReader {
 public:
-    FolderReader(const Source& source, const PictureLimits& accepted) : source_(source), accepted_(accepted) {}
+    FolderReader(const Source& source, const PictureLimits& accepted)
+        : folder_(source.path), names_(source.names), accepted_(accepted) {
+        sort_frames(names_);
+    }
 
     bool read(Picture& picture) override {
-        if (next_ == source_.names.size()) {
+        if (next_ == names_.size()) {
             return false;
         }
-        const fs::path path = source_.path / source_.names[next_++];
+        const fs::path path = folder_ / names_[next_++];
         read_file(path, accepted_, bytes_);
         decode_picture(bytes_, path.string(), accepted_, picture, memory_);
         return true;
@@ -100,7 +109,8 @@ public:
     double fps() const override { return 0.0; }
 
 private:
-    const Source& source_;
+    fs::path folder_;
+    std::vector<std::string> names_;
     PictureLimits accepted_;
     std::size_t next_ = 0;
     Bytes bytes_;
@@ -161,7 +171,9 @@ void compare_films(const Source& reference, const Source& candidate, const Setti
 /// What the frames say together.
 void find_runs(const Settings& settings, Case& result) {
     double worst = 0.0;
+    bool was_bad = false;
     for (const Frame& frame : result.frames) {
+        const bool is_in_run = std::exchange(was_bad, is_bad(frame, settings.fail_on));
         result.tier = std::max(result.tier, frame.tier);
         if (result.status == Status::compared) {
             result.status = frame.status;
@@ -176,19 +188,32 @@ void find_runs(const Settings& settings, Case& result) {
             worst = frame.curve;
             result.worst_frame = frame.index;
         }
-        if (!is_bad(frame, settings.fail_on)) {
+        if (!was_bad) {
             continue;
         }
         result.is_failed = true;
         if (!result.first_bad_frame) {
             result.first_bad_frame = frame.index;
         }
-        if (!result.bad_runs.empty() && result.bad_runs.back().end == frame.index) {
-            ++result.bad_runs.back().end;
+        if (is_in_run) {
+            result.bad_runs.back().end = frame.index + 1;
         } else {
             result.bad_runs.push_back({frame.index, frame.index + 1});
         }
     }
+}
+
+const Frame& frame_of(const Case& result, std::int64_t index) {
+    const auto found = std::find_if(result.frames.begin(), result.frames.end(),
+                                    [index](const Frame& frame) { return frame.index == index; });
+    CHECK(found != result.frames.end());
+    return *found;
+}
+
+/// "frame 12 (frame_000012.png)"
+std::string name_in_text(const Frame& frame) {
+    const bool is_file = !fs::path(frame.name).extension().empty();
+    return fmt::format("frame {}", frame.index) + (is_file ? " (" + frame.name + ")" : "");
 }
 
 std::string sequence_message(const Case& result) {
@@ -204,12 +229,12 @@ std::string sequence_message(const Case& result) {
                             result.extra_frames.size());
     }
     if (result.first_bad_frame) {
-        const Frame& first = result.frames[static_cast<std::size_t>(*result.first_bad_frame)];
-        text += fmt::format("; first bad frame {}: {}", first.index, first.message);
+        const Frame& first = frame_of(result, *result.first_bad_frame);
+        text += fmt::format("; first bad {}: {}", name_in_text(first), first.message);
     }
     if (result.worst_frame && result.worst_frame != result.first_bad_frame) {
-        text += fmt::format("; worst frame {} at {:.3g} times the limit", *result.worst_frame,
-                            result.frames[static_cast<std::size_t>(*result.worst_frame)].curve);
+        const Frame& worst = frame_of(result, *result.worst_frame);
+        text += fmt::format("; worst {} at {:.3g} times the limit", name_in_text(worst), worst.curve);
     }
     if (result.shift) {
         text += fmt::format("; the same frames shifted by {:+}", *result.shift);
@@ -245,7 +270,7 @@ std::vector<bool> chosen_frames(const Case& result, std::size_t most) {
 class Reviewer {
 public:
     Reviewer(const Settings& settings, const ReviewSettings& review, Case& result)
-        : settings_(settings), review_(review), result_(result), folder_(fs::path("pictures") / result.name) {
+        : settings_(settings), review_(review), result_(result), folder_(fs::path("pictures") / as_utf8(result.name)) {
         std::error_code error;
         fs::create_directories(review.folder / folder_, error);
         if (error) {
@@ -284,13 +309,19 @@ public:
 
 private:
     std::string write(const Bytes& bytes, const Frame& frame, const char* what, const std::string& extension) {
-        const fs::path name = folder_ / (fs::path(frame.name).stem().string() + "." + what + extension);
-        sim::write_file(review_.folder / name, bytes);
+        const fs::path name = folder_ / as_utf8(fs::path(frame.name).stem().string() + "." + what + extension);
+        sim::write_file_unsynced(review_.folder / name, bytes);
         return name.generic_string();
     }
 
-    /// Empty if there is no file, or it cannot be read.
+    /// Empty if there is no file, or it cannot be read. What lies in the report's folder stays where it is.
     std::string copy(const std::optional<fs::path>& path, const Frame& frame, const char* what) {
+        if (path) {
+            const std::string inside = path->lexically_relative(review_.folder).generic_string();
+            if (inside.starts_with(candidates_folder)) {
+                return inside;
+            }
+        }
         try {
             Bytes bytes;
             if (path) {

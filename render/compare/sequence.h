@@ -18,10 +18,12 @@ struct Settings {
     std::function<bool()> is_interrupted = [] { return false; };
 };
 
+inline constexpr std::size_t default_pictures = 16;
+
 /// Where pictures for review go.
 struct ReviewSettings {
-    std::filesystem::path folder;     ///< of the report; exists
-    std::size_t most_frames = 16;     ///< of one case that get pictures: the first bad one and the worst
+    std::filesystem::path folder;              ///< of the report; exists
+    std::size_t most_frames = default_pictures; ///< of one case that get pictures: the first bad one and the worst
 };
 
 /// Compares. films: null if none of the two is a film: CHECK. Throws Error: missing_or_size or usage if the two are

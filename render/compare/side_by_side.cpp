@@ -1,5 +1,7 @@
 #include "render/compare/side_by_side.h"
 
+#include "render/compare/utf8.h"
+
 #include <algorithm>
 
 namespace diff {
@@ -87,7 +89,8 @@ void write_side_by_side(const Source& reference, const Source& candidate, const 
             result.fps = films.open(source->path)->fps();
         }
     }
-    result.film = result.name + ".mp4";
+    result.film = as_utf8(result.name) + ".mp4";
+    std::replace(result.film.begin(), result.film.end(), '/', '_');
     Panels panels(width, height);
     const auto film = films.create(folder / result.film, panels.film().width, panels.film().height, result.fps);
     visit_pairs(reference, candidate, settings, &films,

@@ -26,35 +26,6 @@ bool is_picture_name(const fs::path& path) {
     return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
 }
 
-std::vector<std::string> picture_names(const fs::path& folder) {
-    std::vector<std::string> names;
-    std::error_code error;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-        if (is_picture_name(entry.path()) && !entry.path().stem().string().ends_with(".bodies")) {
-            names.push_back(entry.path().filename().string());
-        }
-    }
-    if (error) {
-        throw sim::Error(sim::ExitCode::io, "cannot read " + folder.string() + ": " + error.message());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
-/// The only film in a folder.
-std::optional<fs::path> film_in(const fs::path& folder) {
-    std::optional<fs::path> found;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-        if (entry.is_regular_file() && is_film(entry.path())) {
-            if (found) {
-                return std::nullopt;
-            }
-            found = entry.path();
-        }
-    }
-    return found;
-}
-
 /// A JSON file of a run; null if there is none or it is no JSON.
 nlohmann::json read_json(const fs::path& path) {
     std::error_code error;
@@ -124,6 +95,35 @@ bool is_film(const fs::path& path) {
     return text.size() == start.size() &&
            (text.substr(4, 4) == "ftyp" || text.substr(0, 4) == "\x1a\x45\xdf\xa3" ||
             (text.substr(0, 4) == "RIFF" && text.substr(8, 4) == "AVI "));
+}
+
+std::vector<std::string> picture_names(const fs::path& folder) {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+        if (is_picture_name(entry.path()) && !entry.path().stem().string().ends_with(".bodies")) {
+            names.push_back(entry.path().filename().string());
+        }
+    }
+    if (error) {
+        throw sim::Error(sim::ExitCode::io, "cannot read " + folder.string() + ": " + error.message());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+std::optional<fs::path> film_in(const fs::path& folder) {
+    std::error_code error;
+    std::optional<fs::path> found;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+        if (entry.is_regular_file(error) && is_film(entry.path())) {
+            if (found) {
+                return std::nullopt;
+            }
+            found = entry.path();
+        }
+    }
+    return found;
 }
 
 Source find_source(const fs::path& path) {

@@ -54,6 +54,12 @@ struct Source {
 /// True for a film by its first bytes: MP4, Matroska, AVI. False if the file cannot be read.
 bool is_film(const std::filesystem::path& path);
 
+/// The pictures in a folder, but not those that tell which body a pixel shows; sorted. Throws Error (io).
+std::vector<std::string> picture_names(const std::filesystem::path& folder);
+
+/// The only film in a folder.
+std::optional<std::filesystem::path> film_in(const std::filesystem::path& folder);
+
 /// A folder with frames/ is a run: its frames are taken, or its film if it has none. Throws Error (io) if a folder
 /// holds neither pictures nor a film.
 Source find_source(const std::filesystem::path& path);

@@ -19,12 +19,16 @@ std::vector<NamedBytes> encode_body_image(const std::string& frame, const sim::S
     }
     nlohmann::ordered_json names = nlohmann::ordered_json::array();
     nlohmann::ordered_json positions = nlohmann::ordered_json::array();
+    nlohmann::ordered_json orientations = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const sim::Vec3& x = snapshot.bodies[i].position;
         names.push_back(scene.bodies[i].name);
         positions.push_back({x.x(), x.y(), x.z()});
+        const sim::Quat& q = snapshot.bodies[i].orientation;
+        orientations.push_back({q.w(), q.x(), q.y(), q.z()});
     }
-    const nlohmann::ordered_json json = {{"names", names}, {"positions", positions}};
+    const nlohmann::ordered_json json = {
+        {"names", names}, {"positions", positions}, {"orientations", orientations}};
     const std::string stem = std::filesystem::path(frame).replace_extension().string() + ".bodies";
     const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
     return {{stem + ".png", encode_png(image)}, {stem + ".json", {text.begin(), text.end()}}};

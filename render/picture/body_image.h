@@ -2,7 +2,8 @@
 /// Beside a frame, on request: which body each of its pixels shows, so that a comparison can name bodies.
 ///
 /// frame_000000.bodies.png: a pixel's number is R + 256 G + 65536 B, the index of the body plus 1; 0: none.
-/// frame_000000.bodies.json: {"names": [...], "positions": [[x, y, z], ...]} of all bodies, centres of mass [m].
+/// frame_000000.bodies.json: {"names": [...], "positions": [[x, y, z], ...], "orientations": [[w, x, y, z], ...]} of all
+/// bodies: centres of mass [m], and world_from_body.
 #include "sim/model/scene_def.h"
 #include "sim/model/snapshot.h"
 

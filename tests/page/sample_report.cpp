@@ -132,6 +132,8 @@ Json case_of(const std::string& name, const Json& frames) {
             {"extra_frames", Json::array()},
             {"film", ""},
             {"fps", 0.0},
+            {"is_flaky", false},
+            {"history", Json::array()},
             {"frames", frames}};
 }
 
@@ -236,6 +238,10 @@ void write_sample_report(const fs::path& folder, std::uintmax_t picture_bytes) {
     Json cases = Json::array();
     cases.push_back(case_of("moved cube", Json::array({moved_frame(folder, "moved cube/frame", 0, 3, 0)})));
     cases.push_back(case_of("edges", Json::array({noise_frame(folder)})));
+    cases.back()["is_flaky"] = true;
+    for (const double curve : {0.4, 1.8, 0.3, 1.7, 0.2}) {
+        cases.back()["history"].push_back({{"time", "2026-01-31T12:00:00Z"}, {"is_failed", curve > 1}, {"curve", curve}});
+    }
     cases.push_back(case_of("same", Json::array({frame_of("same.png", 0, "identical", "the same bytes")})));
     cases.push_back(film_case(folder));
     cases.push_back(missing_case(folder));
@@ -244,6 +250,7 @@ void write_sample_report(const fs::path& folder, std::uintmax_t picture_bytes) {
         {"version", 1},
         {"program", "tumble 0.1.0"},
         {"command", "tumble compare golden out --report out/report"},
+        {"accept", "tumble baseline accept out/report"},
         {"fail_on", "changed"},
         {"exit_code", 4},
         {"counts", {{"identical", 1}, {"noise", 1}, {"changed", 3}, {"not_compared", 1}, {"failed", 4}}},

@@ -111,7 +111,7 @@ TEST_F(report_page, a_case_shows_pictures_gates_clusters_and_bodies) {
     browser().click("[data-case='0']");
     EXPECT_EQ(text("#name"), "moved cube");
     EXPECT_EQ(text("#message"), "cube_3 moved 3 px, 7.2 mm");
-    EXPECT_EQ(texts(".pane .caption"), "reference|candidate|difference");
+    EXPECT_EQ(texts("figcaption .caption"), "reference|candidate|difference");
     EXPECT_TRUE(
         browser().wait_for("[...document.querySelectorAll('.layer')].every(e => e.naturalWidth === 320)"));
     EXPECT_EQ(texts(".gates tbody tr:nth-child(2) .number"), "3 px|≤ 0.5 px");
@@ -247,7 +247,7 @@ TEST_F(report_page, keys_lead_through_the_cases) {
     browser().press("k");
     EXPECT_EQ(text("#name"), "moved cube");
     browser().press("d");
-    EXPECT_EQ(texts(".pane .caption"), "difference");
+    EXPECT_EQ(texts("figcaption .caption"), "difference");
     browser().press("?");
     EXPECT_TRUE(is_visible("#help"));
     browser().press(key::escape);
@@ -256,6 +256,35 @@ TEST_F(report_page, keys_lead_through_the_cases) {
     EXPECT_EQ(browser().value("document.activeElement.id"), "search");
     browser().press("x");
     EXPECT_EQ(browser().value("document.querySelector('#search').value"), "x");
+}
+
+// The sample's hostile name is quoted for the shell.
+TEST_F(report_page, the_command_that_accepts_names_what_is_ticked) {
+    open("");
+    EXPECT_EQ(text("#accept code"), "tumble baseline accept out/report");
+    EXPECT_EQ(browser().value("document.querySelectorAll('#cases input').length"), 5) << "all but what is the same";
+    browser().click("[aria-label='accept moved cube']");
+    EXPECT_EQ(text("#accept code"), "tumble baseline accept out/report 'moved cube'");
+    browser().click("[aria-label='accept edges']");
+    EXPECT_EQ(text("#accept code"), "tumble baseline accept out/report 'moved cube' edges");
+    browser().click("[aria-label='accept moved cube']");
+    EXPECT_EQ(text("#accept code"), "tumble baseline accept out/report edges");
+}
+
+TEST_F(report_page, captions_are_above_the_pictures_and_the_header_is_one_line) {
+    browser().click("[data-case='0']");
+    EXPECT_EQ(browser().value("[...document.querySelectorAll('.caption')].every(e => e.getBoundingClientRect().bottom <= "
+                              "e.closest('figure').querySelector('.pane').getBoundingClientRect().top)"), true);
+    EXPECT_LT(browser().value("document.querySelector('#top').offsetHeight"), 80);
+}
+
+TEST_F(report_page, the_last_runs_of_a_case_are_shown_and_the_flaky_marked) {
+    browser().click("[data-case='1']");
+    EXPECT_EQ(browser().value("document.querySelectorAll('#history .runs span').length"), 5);
+    EXPECT_EQ(text("#history p"), "2 of the last 5 failed; flaky: the verdict changes to and fro");
+    EXPECT_NE(text("[data-case='1'] .why").find("flaky"), std::string::npos);
+    browser().click("[data-case='0']");
+    EXPECT_EQ(browser().value("document.querySelectorAll('#history').length"), 0);
 }
 
 TEST_F(report_page, names_are_text_and_nothing_else) {

@@ -119,6 +119,7 @@ function show_summary() {
         title: `${counts[name]} ${words[name]}`
     });
     by_id('proportions').replaceChildren(...outcomes.filter(name => counts[name]).map(bar));
+    by_id('command').title = report.command;
     by_id('command').replaceChildren(
         make('code', {}, report.command),
         `  ·  fails on ${report.fail_on}  ·  exit code ${report.exit_code}  ·  ${report.program}`);
@@ -149,13 +150,38 @@ function list_row({item, index}) {
     const path = frame && (picture_of(frame, 'candidate') || picture_of(frame, 'reference'));
     const thumb = path ? make('img', {class: 'thumb', alt: '', loading: 'lazy', src: source_of(path)}) :
                          make('span', {class: 'thumb tier'}, signs[outcome(item)]);
-    const count = item.is_sequence ? ` · ${count_of(item.frames.length, 'frame')}` : '';
+    const count = (item.is_flaky ? ' · flaky' : '') +
+        (item.is_sequence ? ` · ${count_of(item.frames.length, 'frame')}` : '');
     const why = make('span', {class: 'why'},
                      make('span', {class: 'tier'}, `${signs[outcome(item)]} ${word(item)}`),
                      `${count} · ${item.message}`);
     const button = make('button', {type: 'button', 'data-case': index, onclick: () => open_case(index)}, thumb,
                         make('span', {class: 'case_name'}, item.name), why);
-    return make('li', {class: outcome(item)}, button);
+    const tick = {type: 'checkbox', 'aria-label': `accept ${item.name}`, onchange: event => tick_case(index, event.target.checked)};
+    return make('li', {class: outcome(item)}, ...(can_accept(item) ? [make('input', tick)] : []), button);
+}
+
+// ---- the command that makes what was reviewed the baselines
+const can_accept = item => Boolean(report.accept) && report.cases.length > 1 && outcome(item) !== 'identical';
+const ticked = new Set();
+const shell_word = text => /^[\w./@%+=:,-]+$/.test(text) ? text : `'${text.replaceAll("'", `'\\''`)}'`;
+
+function tick_case(index, is_ticked) {
+    if (is_ticked)
+        ticked.add(index);
+    else
+        ticked.delete(index);
+    show_accept();
+}
+
+function show_accept() {
+    const changed = report.cases.filter(item => outcome(item) !== 'identical').length;
+    by_id('accept').hidden = !report.accept || changed === 0;
+    const names = [...ticked].sort((a, b) => a - b).map(index => ' ' + shell_word(report.cases[index].name));
+    const what = names.length > 0 ? `accepts the ${names.length} ticked` :
+        report.cases.length > 1   ? `accepts all ${changed}; tick some for these only` :
+                                    'accepts it';
+    by_id('accept').replaceChildren(make('code', {}, report.accept + names.join('')), what);
 }
 
 function filter_list() {
@@ -342,7 +368,7 @@ function show_frame() {
         'Every pixel is the same; no picture is kept.' :
         'No picture of this frame is kept: the worst frames have theirs.';
     if (!blinking && item.film && by_id('video').paused && frame)
-        by_id('video').currentTime = (frame.index + 0.5) / item.fps;
+        by_id('video').currentTime = (state.frame + 0.5) / item.fps;
     if (shows) {
         build_panes();
         read_samples(frame);
@@ -372,9 +398,9 @@ function film_moved() {
     if (!item || !item.film)
         return;
     const frame = Math.floor(video.currentTime * item.fps + 1e-3);
-    by_id('film_time').textContent = `frame ${frame}`;
+    by_id('film_time').textContent = `frame ${item.frames[frame]?.index ?? frame}`;
     if (!video.paused && item.is_sequence) {
         const here = by_id('curve').querySelector('.here');
-        for (const end of ['x1', 'x2']) here?.setAttribute(end, by_id('curve').x_of(index_at(item, frame)));
+        for (const end of ['x1', 'x2']) here?.setAttribute(end, by_id('curve').x_of(frame));
     }
 }

@@ -45,8 +45,9 @@ function cluster_row({box, kind, bodies, pixels, largest_difference, displacemen
     ];
 }
 
-function body_row({name, kind, displacement, distance, box}) {
-    const in_space = distance === null ? '' : `${number(distance * 1000)} mm`;
+function body_row({name, kind, displacement, distance, angle, box}) {
+    const in_space = [distance ? `${number(distance * 1000)} mm` : '', angle >= 0.05 ? `${number(angle)}°` : '']
+        .filter(text => text).join(', ');
     return [name, kind, shift_text(displacement), ['number', in_space], place_link(box)];
 }
 
@@ -97,6 +98,22 @@ function sequence_sections(item) {
                           [];
 }
 
+// Largest value / limit of the last runs, oldest first, logarithmic.
+function history_sections(item) {
+    if (!item.history.length)
+        return [];
+    const bar = run => make('span', {
+        class: 'fill ' + (run.is_failed ? 'changed' : 'identical'),
+        style: `height:${clamp(28 * Math.log2(1 + run.curve), 2, 60)}px`,
+        title: `${run.time}: ${number(run.curve)} of the limit, ${run.is_failed ? 'failed' : 'passed'}`
+    });
+    const failed = item.history.filter(run => run.is_failed).length;
+    const text = `${failed} of the last ${item.history.length} failed` +
+        (item.is_flaky ? '; flaky: the verdict changes to and fro' : '');
+    return [make('section', {id: 'history'}, make('h3', {}, 'Last runs'),
+                 make('div', {class: 'runs'}, ...item.history.map(bar)), make('p', {class: 'muted'}, text))];
+}
+
 function show_facts() {
     const item = the_case(), frame = the_frame(), sections = [];
     if (frame && frame.bodies.length) {
@@ -113,5 +130,5 @@ function show_facts() {
     }
     if (frame)
         sections.push(picture_section(frame));
-    by_id('facts').replaceChildren(...sections, ...sequence_sections(item), origins_section(item));
+    by_id('facts').replaceChildren(...sections, ...sequence_sections(item), ...history_sections(item), origins_section(item));
 }

@@ -175,5 +175,8 @@ listen();
 // A list of one case says nothing that the case does not.
 const is_single = report.cases.length === 1;
 document.body.classList.toggle('single', is_single);
+if (is_single)
+    by_id('cause').after(by_id('accept'));
+show_accept();
 if (!open_hash() && report.cases.length > 0 && (is_single || !matchMedia('(max-width: 820px)').matches))
     open_case(sorted_cases[0].index);

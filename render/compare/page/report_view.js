@@ -14,20 +14,25 @@ function layer(frame, side) {
                   make('div', {class: 'empty ' + side}, `no ${side} picture`);
 }
 
+// The captions stand above the picture: over it they would hide its text.
 function pane_of(frame, mode) {
     const pane = make('div', {class: 'pane', 'data-side': mode});
+    const captions = make('figcaption', {});
+    const caption = text => captions.append(make('span', {class: 'caption'}, text));
     if (mode === 'swipe') {
         pane.classList.add('swiped');
         const divider = {class: 'divider', role: 'slider', tabindex: 0, 'aria-label': 'Divider'};
-        pane.append(layer(frame, 'candidate'), make('div', {class: 'clip'}, layer(frame, 'reference')),
-                    make('span', {class: 'caption'}, 'reference'),
-                    make('span', {class: 'caption right'}, 'candidate'), make('div', divider));
+        pane.append(layer(frame, 'candidate'), make('div', {class: 'clip'}, layer(frame, 'reference')), make('div', divider));
+        caption('reference');
+        caption('candidate');
     } else if (mode === 'blink') {
-        pane.append(layer(frame, 'reference'), layer(frame, 'candidate'), make('span', {class: 'caption'}));
+        pane.append(layer(frame, 'reference'), layer(frame, 'candidate'));
+        caption('');
     } else {
-        pane.append(layer(frame, mode), make('span', {class: 'caption'}, mode));
+        pane.append(layer(frame, mode));
+        caption(mode);
     }
-    return pane;
+    return make('figure', {}, captions, pane);
 }
 
 function build_panes() {
@@ -84,7 +89,7 @@ function show_blink() {
     const pane = by_id('panes').querySelector('.pane');
     for (const side of ['reference', 'candidate'])
         pane.querySelector('.' + side).style.visibility = side === state.showing ? 'visible' : 'hidden';
-    pane.querySelector('.caption').textContent = state.showing + (blinking ? '' : ' (held)');
+    by_id('panes').querySelector('.caption').textContent = state.showing + (blinking ? '' : ' (held)');
 }
 
 const first_pane = () => by_id('panes').querySelector('.pane');
