@@ -352,6 +352,7 @@ void write_report(const fs::path& folder, const Comparison& comparison) {
     }
     // What lies in the folder without having been written for the report is not its to remove.
     std::erase_if(names, [](const std::string& name) { return name.starts_with(candidates_folder); });
+    sim::sync_files(folder); // the pictures were written without
     write_manifest(folder, report_kind, names);
 }
 

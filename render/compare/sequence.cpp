@@ -270,7 +270,8 @@ std::vector<bool> chosen_frames(const Case& result, std::size_t most) {
 class Reviewer {
 public:
     Reviewer(const Settings& settings, const ReviewSettings& review, Case& result)
-        : settings_(settings), review_(review), result_(result), folder_(fs::path("pictures") / as_utf8(result.name)) {
+        : measuring_(settings.pair), review_(review), result_(result), folder_(fs::path("pictures") / as_utf8(result.name)) {
+        measuring_.judges = false;
         std::error_code error;
         fs::create_directories(review.folder / folder_, error);
         if (error) {
@@ -283,11 +284,13 @@ public:
     void add_files(const PairPaths& paths, PairMemory& memory, std::size_t i) {
         Frame& frame = result_.frames[i];
         Frame again; // fills the memory with the pictures and what differs
-        compare_files(paths, settings_.pair, memory, again);
+        compare_files(paths, measuring_, memory, again);
         frame.reference_picture = copy(paths.reference, frame, "reference");
         frame.candidate_picture = copy(paths.candidate, frame, "candidate");
         add_difference(memory, frame);
     }
+
+    const PairSettings& measuring() const { return measuring_; }
 
     void add_difference(const PairMemory& memory, Frame& frame) {
         if (memory.a.width > 0 && memory.b.width > 0) {
@@ -325,7 +328,7 @@ private:
         try {
             Bytes bytes;
             if (path) {
-                read_file(*path, settings_.pair.accepted, bytes);
+                read_file(*path, measuring_.accepted, bytes);
             }
             return path ? write(bytes, frame, what, path->extension().string()) : std::string();
         } catch (const Error&) {
@@ -333,7 +336,7 @@ private:
         }
     }
 
-    const Settings& settings_;
+    PairSettings measuring_; ///< the verdict is known
     const ReviewSettings& review_;
     Case& result_;
     fs::path folder_;
@@ -392,7 +395,7 @@ void write_review(const Source& reference, const Source& candidate, const Settin
             if (index < chosen.size() && chosen[index]) {
                 Frame again;
                 if (has_a && has_b) {
-                    compare_pictures(settings.pair, memory, again);
+                    compare_pictures(reviewer.measuring(), memory, again);
                 }
                 reviewer.add_decoded(memory, has_a, has_b, result.frames[index]);
             }
