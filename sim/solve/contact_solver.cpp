@@ -84,7 +84,8 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
               .slip_tolerance = iteration_share * settings.tolerance,
               .gravity = {gravity.x(), gravity.y(), gravity.z()},
               .weight = gravity.norm(),
-              .warm_start = settings.warm_start};
+              .warm_start = settings.warm_start,
+              .is_doubtful = has_doubtful_memory_};
 }
 
 void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,

@@ -46,6 +46,7 @@ struct RestRules {
     double gravity[3] = {0.0, 0.0, 0.0};
     double weight = 0.0; ///< [m/s^2] its size
     bool warm_start = true;
+    bool is_doubtful = false; ///< the last solve did not converge
 };
 
 /// What a kernel does with a range of batches.

@@ -88,9 +88,12 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         store(r.u_n_before, u_n);
         store(r.approach_speed, max(sqrt(max(approach * approach + 2.0 * fall * gap, zero)), memory.approach_speed));
         r.closing = bits_of(here & ahead & (gap + h * (u_n - (0.5 * h) * fall) <= 0.0));
-        // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown.
-        const Real push = max(h * sqrt(max(-(2.0 * rules.weight * gap), zero)), real(rules.tolerance));
-        const Real after_step = min(max((1.0 - rules.relaxation) * gap, real(-rules.band)), gap + push);
+        Real after_step = max((1.0 - rules.relaxation) * gap, real(-rules.band));
+        if (rules.is_doubtful) {
+            // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown.
+            const Real push = max(h * sqrt(max(-(2.0 * rules.weight * gap), zero)), real(rules.tolerance));
+            after_step = min(after_step, gap + push);
+        }
         store(r.gap_target, select(gap <= rules.band, gap + rules.step_share * (after_step - gap), zero));
         const double share = rules.relaxation * rules.step_share;
         store(r.owed[0], share * dot(memory.slip, f.t1));
