@@ -94,10 +94,8 @@ std::unique_ptr<Simulation> simulate_to_accuracy(const std::string& input, sim::
     double processor_time = 0.0;
     for (bool is_done = false; !is_done;) {
         simulation.reset(); // with its record, before the next one is begun
-        Options chosen = options;
-        std::ranges::copy(search.overrides(), std::back_inserter(chosen.assignments));
         try {
-            scene = load_scene(input, chosen);
+            scene = load_scene(input, options, search.overrides());
             simulation = std::make_unique<Simulation>(scene, sim::World(scene, thread_count(options)), nullptr);
             simulation->record_to(workplace.folder() / trajectory_name);
             if (search.end() != study::AccuracyEnd::chaotic) {

@@ -24,7 +24,7 @@ using sim::Error;
 using sim::ExitCode;
 using sim::Rational;
 
-/// Times [-] the scene's own time step: of the preset preview first, then the rest, the coarsest first.
+/// Times [-] the scene's own time step, the coarsest first.
 constexpr Rational step_factors[] = {{4, 1}, {3, 1}, {2, 1},  {3, 2}, {1, 1},  {3, 4}, {1, 2},  {3, 8},
                                      {1, 4}, {3, 16}, {1, 8}, {3, 32}, {1, 16}, {1, 32}, {1, 64}};
 
@@ -71,12 +71,6 @@ struct Costs {
     }
 };
 
-Options with(const Options& options, const std::vector<std::string>& overrides) {
-    Options chosen = options;
-    chosen.assignments.insert(chosen.assignments.end(), overrides.begin(), overrides.end());
-    return chosen;
-}
-
 std::vector<std::string> picture_override(const std::string& preset) {
     return preset.empty() ? std::vector<std::string>{} : std::vector<std::string>{"output.preset=\"" + preset + "\""};
 }
@@ -97,7 +91,7 @@ sim::SceneDef scene_within_budget(const std::string& input, const Options& optio
     const Clock::time_point start = Clock::now();
     const sim::SceneDef own = load_scene(input, options);
     const auto settings = [&](const Rational& factor) { return study::scaled_settings(own, factor); };
-    const SimulationPilot coarse = pilot_simulation(load_scene(input, with(options, settings(step_factors[0]))),
+    const SimulationPilot coarse = pilot_simulation(load_scene(input, options, settings(step_factors[0])),
                                                     thread_count(options), coarse_share * options.budget);
     const SimulationPilot fine = pilot_simulation(own, thread_count(options), own_share * options.budget);
     const Costs costs{.coarse = coarse.whole_time(),
@@ -113,7 +107,7 @@ sim::SceneDef scene_within_budget(const std::string& input, const Options& optio
     for (const char* preset : {"final", "standard", "draft"}) {
         pictures = is_chosen ? "" : preset;
         if (has_pictures) {
-            const sim::SceneDef drawn = load_scene(input, with(options, picture_override(pictures)));
+            const sim::SceneDef drawn = load_scene(input, options, picture_override(pictures));
             picture = pilot_pictures(drawn, coarse, !options.no_png, !options.no_video);
         }
         if (is_chosen || costs.expected({1, 1}, picture) <= left()) {
@@ -134,7 +128,7 @@ sim::SceneDef scene_within_budget(const std::string& input, const Options& optio
     }
     std::vector<std::string> overrides = settings(factor);
     std::ranges::copy(picture_override(pictures), std::back_inserter(overrides));
-    sim::SceneDef scene = load_scene(input, with(options, overrides));
+    sim::SceneDef scene = load_scene(input, options, overrides);
     result = {.asked = options.budget,
               .expected = costs.expected(factor, picture),
               .measuring = seconds_since(start),

@@ -265,9 +265,11 @@ std::vector<std::string> overrides_of(const Options& options) {
     return overrides;
 }
 
-sim::SceneDef load_scene(const std::string& path, const Options& options) {
+sim::SceneDef load_scene(const std::string& path, const Options& options, const std::vector<std::string>& found) {
     try {
-        return load_with_preset(options, path);
+        Options all = options;
+        all.assignments.insert(all.assignments.end(), found.begin(), found.end());
+        return load_with_preset(all, path);
     } catch (const Error& error) {
         throw Error(error.code(), as_typed(error.what(), options) + nearest_file(path));
     }

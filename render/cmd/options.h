@@ -111,7 +111,8 @@ std::filesystem::path scene_folder();
 
 /// A scene file, the name of a scene of scene_folder(), or "-": standard input; with all changes, and with the
 /// simulation's preset below them. Throws Error: what is wrong with an option is told by its own name.
-sim::SceneDef load_scene(const std::string& path, const Options& options);
+/// found: settings that the program has chosen itself, which hold against those of --set.
+sim::SceneDef load_scene(const std::string& path, const Options& options, const std::vector<std::string>& found = {});
 
 /// Throws Error before anything is made: stopped if memory cannot hold the scene's pictures, usage if the film's encoder
 /// is not there or refuses them. has_video: pictures become a film.

@@ -3,6 +3,7 @@
 #include "render/overlay/canvas.h"
 #include "render/overlay/plot.h"
 #include "render/overlay/text.h"
+#include "sim/base/utf8.h"
 
 #include <fmt/format.h>
 
@@ -271,23 +272,11 @@ std::string svg_points(const std::vector<vec2>& points) {
     return text;
 }
 
-/// Bytes of the UTF-8 letter that begins here; 0: none does.
-std::size_t letter_length(const std::string& text, std::size_t at) {
-    const auto byte = static_cast<unsigned char>(text[at]);
-    const std::size_t length = byte < 0x80 ? 1 : byte >> 5 == 6 ? 2 : byte >> 4 == 14 ? 3 : byte >> 3 == 30 ? 4 : 0;
-    for (std::size_t k = 1; k < length; ++k) {
-        if (at + k >= text.size() || (static_cast<unsigned char>(text[at + k]) & 0xC0u) != 0x80u) {
-            return 0;
-        }
-    }
-    return length;
-}
-
 /// For text in XML: what it cannot hold is a question mark.
 std::string xml_text(const std::string& text) {
     std::string result;
     for (std::size_t i = 0; i < text.size();) {
-        const std::size_t length = letter_length(text, i);
+        const std::size_t length = sim::utf8_length(std::string_view(text).substr(i));
         const char c = text[i];
         result += c == '&'                                              ? "&amp;"
                   : c == '<'                                            ? "&lt;"

@@ -42,13 +42,12 @@ constexpr double sure_share = 2.0;
 /// Parts [-] of the first step beyond which none is divided.
 constexpr std::int64_t most_parts = 1 << 14;
 
+/// Halvings of the bracket of an order: to nine digits.
+constexpr int halvings = 30;
+
 /// Two motions part whatever the step where the time up to which they agree grows by less than this factor [-] as it is
 /// halved, twice: where motion converges with order p it grows as 2^p or more.
 constexpr double least_growth = 1.3;
-
-bool has_few_bodies(const sim::SceneDef& scene) {
-    return std::ranges::count_if(scene.bodies, [](const sim::BodyDef& body) { return !body.is_static(); }) <= most_that_stop;
-}
 
 /// Divides the time of a frame.
 Rational first_step(const sim::SceneDef& scene) {
@@ -145,7 +144,7 @@ void AccuracySearch::find_estimate() {
         const auto expected = [&](double p) { return (power(1, p) - power(0, p)) / (power(2, p) - power(1, p)); };
         double low = 1.0;
         double high = 2.0;
-        for (int i = 0; i < 40; ++i) { // to rounding; the greater p, the smaller what is expected
+        for (int i = 0; i < halvings; ++i) { // the greater p, the smaller what is expected
             const double middle = 0.5 * (low + high);
             (expected(middle) > ratio ? low : high) = middle;
         }
@@ -163,8 +162,8 @@ bool AccuracySearch::is_chaotic() const {
     for (std::size_t k = runs_.size(); k-- > 2 && stuck < 2;) {
         const double now = runs_[k].determined_until;
         const double then = runs_[k - 1].determined_until;
-        const double halvings = std::log2(runs_[k - 1].time_step.value() / runs_[k].time_step.value());
-        if (then <= 0.0 || now > then * std::pow(least_growth, halvings) || !runs_[k].stopped.empty()) {
+        const double times = std::log2(runs_[k - 1].time_step.value() / runs_[k].time_step.value());
+        if (then <= 0.0 || now > then * std::pow(least_growth, times) || !runs_[k].stopped.empty()) {
             return false;
         }
         ++stuck;

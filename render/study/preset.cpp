@@ -15,10 +15,6 @@ namespace {
 constexpr double crowd_factor = 100.0;
 constexpr double crowd_share = 0.05;
 
-bool is_crowd(const sim::SceneDef& scene) {
-    return std::ranges::count_if(scene.bodies, [](const sim::BodyDef& body) { return !body.is_static(); }) > most_that_stop;
-}
-
 double half_thinnest_side(const sim::SceneDef& scene) {
     double least = std::numeric_limits<double>::infinity();
     for (const sim::BodyDef& body : scene.bodies) {
@@ -45,6 +41,10 @@ double tolerance_factor(const sim::Rational& time) {
 
 } // namespace
 
+bool has_few_bodies(const sim::SceneDef& scene) {
+    return std::ranges::count_if(scene.bodies, [](const sim::BodyDef& body) { return !body.is_static(); }) <= most_that_stop;
+}
+
 std::vector<std::string> scaled_settings(const sim::SceneDef& scene, const sim::Rational& time) {
     return scaled(scene, time, tolerance_factor(time));
 }
@@ -63,10 +63,10 @@ std::vector<std::string> preset_overrides(const sim::SceneDef& scene, Preset pre
         constexpr sim::Rational longer{4, 1};
         const double usual = tolerance_factor(longer);
         const double hidden = crowd_share * half_thinnest_side(scene) / scene.step.tolerance;
-        return scaled(scene, longer, is_crowd(scene) ? std::clamp(hidden, usual, crowd_factor) : usual);
+        return scaled(scene, longer, has_few_bodies(scene) ? usual : std::clamp(hidden, usual, crowd_factor));
     }
     std::vector<std::string> overrides = scaled_settings(scene, {1, 4});
-    if (!is_crowd(scene)) {
+    if (has_few_bodies(scene)) {
         overrides.emplace_back("simulation.impacts=\"stop\"");
     }
     return overrides;

@@ -19,6 +19,7 @@ inline constexpr std::array<const char*, 3> preset_names{"preview", "standard", 
 
 /// Moving bodies up to which `accurate` stops at impacts: each costs a solve of its own.
 inline constexpr int most_that_stop = 32;
+bool has_few_bodies(const sim::SceneDef& scene);
 
 /// The scene with its time step times `time`, its tolerances in step with it: ten times at four times the step, as the presets
 /// have it. "dotted.key=value".

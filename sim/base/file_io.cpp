@@ -1,6 +1,7 @@
 #include "sim/base/file_io.h"
 
 #include "sim/base/error.h"
+#include "sim/base/utf8.h"
 
 #include <openssl/evp.h>
 
@@ -22,26 +23,11 @@ constexpr std::size_t chunk_size = 1 << 16; // [byte] read at a time
 constexpr std::size_t longest_name = 200; // [byte]: with what is appended to it, a file system's 255
 constexpr std::size_t most_text = 1 << 28;  // [byte] of a file read as a whole: 256 MiB
 
-/// Well-formed UTF-8 (The Unicode Standard, table 3-7)?
 bool is_utf8(std::string_view text) {
-    while (!text.empty()) {
-        const auto first = static_cast<unsigned char>(text[0]);
-        const std::size_t size = first < 0x80 ? 1 : first < 0xc2 ? 0 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : first < 0xf5 ? 4 : 0;
-        if (size == 0 || size > text.size()) {
-            return false;
-        }
-        for (std::size_t i = 1; i < size; ++i) {
-            const auto c = static_cast<unsigned char>(text[i]);
-            const bool is_second = i == 1;
-            const unsigned least = is_second && first == 0xe0 ? 0xa0 : is_second && first == 0xf0 ? 0x90 : 0x80;
-            const unsigned most = is_second && first == 0xed ? 0x9f : is_second && first == 0xf4 ? 0x8f : 0xbf;
-            if (c < least || c > most) {
-                return false;
-            }
-        }
-        text.remove_prefix(size);
+    while (const std::size_t length = utf8_length(text)) {
+        text.remove_prefix(length);
     }
-    return true;
+    return text.empty();
 }
 
 [[noreturn]] void fail(const char* what, const std::filesystem::path& path, int error_number) {

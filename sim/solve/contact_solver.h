@@ -1,7 +1,7 @@
 #pragma once
 /// Resting contacts at position level (Bender & Schmitt 2006, sec. 3.2): impulses at t0 such that the
-/// predicted gaps at t0 + h are closed. contact_measure.cpp has what is measured at the predicted poses (eq. 8),
-/// contact_store.cpp what is handed to the next interval.
+/// predicted gaps at t0 + h are closed. contact_start.cpp has the contacts and what they start from, contact_measure.cpp what is
+/// measured at the predicted poses (eq. 8), contact_store.cpp what is handed to the next interval.
 #include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"
 #include "sim/solve/contact_memory.h"
@@ -159,7 +159,6 @@ private:
     std::vector<unsigned> unsure_;   ///< lanes of the batches that are to be measured again
     bool converged_ = true;            ///< the last solve
     bool has_doubtful_memory_ = false; ///< what was stored last is of a solve that did not converge
-    bool doubts_guess_ = false;        ///< and this interval's solve has not looked yet at what to take of it
     bool all_in_solve_ = true;       ///< no contact was left out or dropped
     std::vector<Pose> predicted_;
     std::vector<PlacedBody> placed_; ///< the same, with rotation matrices
