@@ -66,6 +66,16 @@ private:
     std::atomic<bool> stop_ = false;
 };
 
+/// Runs work(first, last) as Workers::run does; without workers this thread does all.
+template <typename Work>
+void share(Workers* workers, std::size_t count, Work&& work, std::size_t least) {
+    if (workers != nullptr) {
+        workers->run(count, work, least);
+    } else if (count > 0) {
+        work(std::size_t{0}, count);
+    }
+}
+
 /// Raises `most` to x, whichever thread comes first.
 inline void raise_to(std::atomic<double>& most, double x) {
     double seen = most.load(std::memory_order_relaxed);

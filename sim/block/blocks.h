@@ -162,11 +162,7 @@ public:
     /// Calls work(first, last) for ranges that cover 0..count once; for one if there are fewer than `least`.
     template <typename Work>
     void share(std::size_t count, Work&& work, std::size_t least = least_shared) const {
-        if (workers != nullptr) {
-            workers->run(count, work, least);
-        } else if (count > 0) {
-            work(std::size_t{0}, count);
-        }
+        sim::share(workers, count, work, least);
     }
 
     /// Calls work(first, last) for ranges of batches from `first_batch` on, colour after colour.

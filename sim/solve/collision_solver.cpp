@@ -283,8 +283,9 @@ Unsettled CollisionSolver::fastest_left() {
 
 CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
                                          std::span<const Joint> joints, const StepSettings& settings,
-                                         std::int64_t most_sweeps, std::vector<Velocity>& velocity, std::vector<char>& touched) {
+                                         std::vector<Velocity>& velocity) {
     CollisionReport report;
+    std::vector<char>& touched = report.touched;
     touched.assign(velocity.size(), 0);
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
         if (report.iterations + sweeps_to_arrange * report.passes >= most_sweeps) {

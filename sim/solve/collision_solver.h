@@ -1,7 +1,10 @@
 #pragma once
 /// Collisions at velocity level (Bender & Schmitt 2006, sec. 3.1): velocities change, no time passes.
 #include "sim/model/snapshot.h"
-#include "sim/solve/contact_solver.h"
+#include "sim/solve/contact_memory.h"
+#include "sim/solve/joint.h"
+
+#include <limits>
 
 namespace sim {
 
@@ -21,6 +24,7 @@ struct CollisionReport {
     /// Did the last pass, with no contact left that collides? What another leaves undone, the next one mends.
     bool converged = true;
     Unsettled unsettled; ///< if it did not
+    std::vector<char> touched; ///< [body_count] 1: its velocity may have changed
 };
 
 /// Resolves collisions in passes: a pass contains only the contacts that are collisions when it starts, and
@@ -42,12 +46,12 @@ public:
     /// Where the impulses of collisions are added, pass by pass; null: nowhere.
     std::vector<ContactSnapshot>* impacts = nullptr;
 
-    /// velocity: those of the instant [body_count]; changed in place. touched [body_count] is set to 1 for
-    /// each body whose velocity may have changed. most_sweeps: of all passes together, with what it
-    /// takes to arrange them.
+    /// Sweeps [-] of all passes of an instant together, with what it takes to arrange them.
+    std::int64_t most_sweeps = std::numeric_limits<std::int64_t>::max();
+
+    /// velocity: those of the instant [body_count]; changed in place.
     CollisionReport resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
-                            std::span<const Joint> joints, const StepSettings& settings, std::int64_t most_sweeps,
-                            std::vector<Velocity>& velocity, std::vector<char>& touched);
+                            std::span<const Joint> joints, const StepSettings& settings, std::vector<Velocity>& velocity);
 
 private:
     bool collect(const Bodies& bodies, std::span<const PairContacts> pairs, const StepSettings& settings,

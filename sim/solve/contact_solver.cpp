@@ -1,19 +1,33 @@
 #include "sim/solve/contact_solver.h"
 
 #include "sim/model/integrate.h"
-#include "sim/solve/time_of_impact.h"
+#include "sim/solve/gap_measure.h"
 
-#include <atomic>
+#include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 
 namespace sim {
 namespace {
 
-static_assert(offsetof(ContactMemory, slip) - offsetof(ContactMemory, p_n) == 8 * sizeof(double) &&
-                  offsetof(ContactMemory, mark) - offsetof(ContactMemory, p_n) == 15 * sizeof(double),
-              "rest_kernel.cpp reads and writes two rows");
+/// The iteration stops when no contact changed by more than this share [-] of the tolerance over h, or by the
+/// velocity tolerance, whichever is smaller.
+constexpr double iteration_share = 0.5;
+
+/// Share [-] of the impulses at t0 that acts before it, when the velocities were last exact `last_interval`
+/// [s] ago.
+double node_weight(double last_interval, double h) {
+    return last_interval / (last_interval + h);
+}
+
+/// Time [s] that the impulses of an interval h stand for: from the middle of the interval before to its own
+/// middle.
+double impulse_interval(double node_weight, double h) {
+    return node_weight < 1.0 ? 0.5 * h / (1.0 - node_weight) : h;
+}
+
+/// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
+constexpr double limit_rounding = 1e-9;
 
 /// Within this share [-] of the tolerance a gap is not closed at once but by a share of it a step: closing an error of d
 /// in one step needs the velocity d / h, which the next step has to take away again.
@@ -61,7 +75,6 @@ constexpr int outer_limit = 12;
 
 void ContactSolver::set_rules(const StepSettings& settings, double h) {
     settings_ = settings;
-    stop_at_impacts_ = settings.impacts == ImpactHandling::stop;
     h_ = h;
     step_share_ = std::min(h / settings.time_step.value(), 1.0);
     iteration_tolerance_ = std::min(iteration_share * settings.tolerance / h, settings.velocity_tolerance);
@@ -85,52 +98,63 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
 }
 
 void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
-                            std::span<const JointMemory> joint_memory, const StepSettings& settings, double h) {
+                            const StepSettings& settings, double h) {
     set_rules(settings, h);
-    velocity_ = bodies.velocity;
-    before_ = bodies.velocity.front().v.data();
-    measured_.resize(bodies.props.size());
-    predicted_.resize(bodies.props.size());
-    placed_.resize(bodies.props.size());
-    radius_.resize(bodies.props.size());
-    end_.resize(bodies.props.size());
     joint_weight_.clear();
-    for (const JointMemory& memory : joint_memory) {
-        joint_weight_.push_back(node_weight(memory.last_interval, h));
+    for (const Joint& joint : joints) {
+        joint_weight_.push_back(node_weight(joint.memory.last_interval, h));
     }
     joints_.prepare(bodies, joints);
-    find_solved_bodies(bodies, pairs, joints);
-    loop_.clear();
-    has_two_coefficients_ = false;
-    all_in_solve_ = true;
-    take_pairs(bodies, pairs);
-    start(bodies, pairs, 0);
+    to_.begin(bodies, settings.gravity, h);
+    for (const PairContacts& pair : pairs) {
+        to_.add(bodies, pair.manifold.body_a);
+        to_.add(bodies, pair.manifold.body_b);
+    }
+    for (const Joint& joint : joints) {
+        to_.add(bodies, joint.a);
+        to_.add(bodies, joint.b);
+    }
+    std::ranges::sort(to_.solved);
+    to_.move_others(bodies, contacts_.loop.workers);
+    contacts_.begin(bodies, pairs, settings, rules_, to_);
     if (rules_.is_doubtful) {
         scale_warm_start(bodies, pairs);
     }
 }
 
-/// The mark of eq. 6, and the coefficient that goes with it.
-void ContactSolver::set_mark(Block& block, bool sticks) {
-    BlockBatch& batch = loop_.batch_of(block);
-    const std::size_t lane = Blocks::lane_of(block);
-    batch.sticking.x[lane] = sticks ? 1.0 : 0.0;
-    batch.mu.x[lane] = sticks ? block.mu_s : block.mu_d;
-}
-
-double ContactSolver::work_on_batches(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity,
-                                      const unsigned* only) {
-    return work_on_rest({.phase = phase,
-                         .batches = loop_.batches.data() + first,
-                         .batch_count = last - first,
-                         .blocks = rest_blocks_.data() + first,
-                         .points = loop_.points.data(),
-                         .rest = rest_points_.data(),
-                         .end = end_.data(),
-                         .before = before_,
-                         .velocity = velocity.front().v.data(),
-                         .only = only,
-                         .rules = &rules_});
+/// Impulses p minimise p.A p / 2 + b.p where they converge: the share s of a guess p is best at 1 - p.r / p.A p, where r is
+/// how much faster than their targets the contacts part with all of it, and p.A p twice the kinetic energy of what it changes.
+void ContactSolver::scale_warm_start(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+    to_.update(bodies, contacts_.loop.workers);
+    GapMeasure{bodies, pairs, settings_, to_, contacts_}.all();
+    double work = 0.0; // p.r [J]
+    for (const Block& block : contacts_.loop.blocks) {
+        const BlockBatch& batch = contacts_.loop.batch_of(block);
+        const std::size_t lane = Blocks::lane_of(block);
+        const Vec6 twist = LaneFrame(batch, lane).relative_twist(to_.velocity);
+        for (const BatchPoint& of : contacts_.loop.points_of(batch).first(static_cast<std::size_t>(block.count))) {
+            const LanePoint point(of, lane);
+            const Vec2 target(of.u_t_target[0].x[lane], of.u_t_target[1].x[lane]);
+            work += point.p_n * (point.normal_velocity(twist) - of.u_n_target.x[lane]) +
+                    point.p_t.dot(point.tangential_velocity(twist) - target);
+        }
+    }
+    double energy = 0.0; // p.A p [J]
+    for (const std::size_t i : to_.solved) {
+        if (!bodies.props[i].is_static()) {
+            const Velocity change{to_.velocity[i].v - bodies.velocity[i].v, to_.velocity[i].w - bodies.velocity[i].w};
+            energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change);
+        }
+    }
+    const double share = std::clamp(1.0 - work / energy, 0.0, 1.0);
+    if (!(energy > 0.0) || share > 0.5) {
+        return; // all of it is nearer than none
+    }
+    for (const std::size_t i : to_.solved) {
+        to_.velocity[i].v = bodies.velocity[i].v + share * (to_.velocity[i].v - bodies.velocity[i].v);
+        to_.velocity[i].w = bodies.velocity[i].w + share * (to_.velocity[i].w - bodies.velocity[i].w);
+    }
+    contacts_.scale(share);
 }
 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
@@ -138,97 +162,52 @@ double ContactSolver::part_of(double tolerance) const {
     return std::min(std::max(step_share_ * tolerance, gap_rounding), tolerance);
 }
 
-/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than `tolerance` [m/s]. Returns
+/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than the tolerance. Returns
 /// their number.
-int ContactSolver::iterate(double tolerance, int budget, bool& converged) {
+int ContactSolver::iterate(int budget, bool& converged) {
+    const double tolerance = iteration_tolerance_;
     const double joint_tolerance = part_of(settings_.joint_tolerance) / h_;
     const bool has_joints = !joints_.empty();
     int count = 0;
     double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
     double settled = std::numeric_limits<double>::infinity(); // [m/s], once the first sweep has told
-    loop_.wake();
+    contacts_.loop.wake();
     for (converged = false; count < budget && !converged; ++count) {
-        const double missing = has_joints ? joints_.solve(velocity_) : 0.0;
+        const double missing = has_joints ? joints_.solve(to_.velocity) : 0.0;
         const double skip =
             has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
-        last = loop_.sweep(velocity_, skip, slack_share * tolerance);
+        last = contacts_.loop.sweep(to_.velocity, skip, slack_share * tolerance);
         settled = count == 0 ? std::max(settling_share * last, settled_change) : settled;
         converged = last <= tolerance;
         if (converged && last > settled && settling_ < settling_sweeps) {
             ++settling_;
             converged = false;
         }
-        converged = converged || (loop_.stalls() && last <= stall_share * settings_.tolerance / h_);
-        converged = converged && (loop_.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
+        converged = converged || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / h_);
+        converged = converged && (contacts_.loop.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
     }
     return count;
-}
-
-/// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
-bool ContactSolver::update_marks(const std::vector<PairContacts>& pairs) {
-    bool changed = false;
-    for (std::size_t i = 0; has_two_coefficients_ && i < loop_.blocks.size(); ++i) {
-        Block& block = loop_.blocks[i];
-        changed = (block.count > 0 && block.mu_d != block.mu_s && update_mark(pairs, block)) || changed;
-    }
-    return changed;
-}
-
-/// A marked block that is at its limit and slips loses its mark; a sliding one that the step would reverse has stopped
-/// within it, and sticks if static friction can hold it.
-bool ContactSolver::update_mark(const std::vector<PairContacts>& pairs, Block& block) {
-    const double slip_tolerance = iteration_share * settings_.tolerance / h_;
-    const BlockBatch& batch = loop_.batch_of(block);
-    const std::size_t lane = Blocks::lane_of(block);
-    const LaneFrame frame(batch, lane);
-    const Vec6 twist = frame.relative_twist(velocity_);
-    const bool is_sticking = batch.sticking.x[lane] > 0.5;
-    bool slips = false;
-    bool at_limit = false;
-    double reversal = 0.0;
-    for (int k = 0; k < block.count; ++k) {
-        const BatchPoint& in_lanes = loop_.points[static_cast<std::size_t>(batch.first + k)];
-        const LanePoint point(in_lanes, lane);
-        if (point.p_n == 0.0) {
-            continue;
-        }
-        const Vec2 target(in_lanes.u_t_target[0].x[lane], in_lanes.u_t_target[1].x[lane]);
-        const Vec2 slip = point.tangential_velocity(twist) - target;
-        slips = slips || slip.norm() > slip_tolerance;
-        at_limit = at_limit || point.p_t.norm() >= (1.0 - limit_rounding) * block.mu_s * point.p_n;
-        const int index = loop_.contacts[static_cast<std::size_t>(block.first + k)].index;
-        const Vec3& sliding =
-            pairs[static_cast<std::size_t>(block.pair)].memory[static_cast<std::size_t>(index)].sliding;
-        reversal += point.p_n * slip.dot(frame.frame.leftCols<2>().transpose() * sliding);
-    }
-    const bool lost = is_sticking && slips && at_limit;
-    const bool stopped = !is_sticking && slips && reversal < 0.0;
-    if (lost || stopped) {
-        set_mark(block, stopped);
-    }
-    return lost || stopped;
 }
 
 ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
-    predict(bodies);
+    to_.update(bodies, contacts_.loop.workers);
     settling_ = 0;
+    const GapMeasure measure{bodies, pairs, settings_, to_, contacts_};
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
-    for (int outer = 0; outer < outer_limit && !(loop_.empty() && joints_.empty()); ++outer) {
+    for (int outer = 0; outer < outer_limit && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
-        report.residual = outer == 0 ? measure(bodies, pairs) : measure_again(bodies, pairs);
+        report.residual = outer == 0 ? measure.all() : measure.again(measured_);
         report.joint_residual =
-            joints_.empty() ? 0.0 : joints_.target_closed(joints, predicted_, velocity_, h_, step_share_);
+            joints_.empty() ? 0.0 : joints_.target_closed(joints, to_.pose, to_.velocity, h_, step_share_);
         if (outer > 0 && report.residual <= accepted_share * gap_tolerance &&
             report.joint_residual <= joint_tolerance) {
             break;
         }
         if (outer == 0) {
-            for (const std::size_t i : solved_bodies_) {
-                measured_[i] = velocity_[i];
-            }
+            measured_ = to_.velocity;
         }
         const int left = settings_.iteration_limit - report.iterations;
         // Where bodies turn so far that another linear solve makes it worse, only a shorter interval helps.
@@ -236,17 +215,43 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             break;
         }
         bool converged = false;
-        report.iterations += iterate(iteration_tolerance_, left, converged);
-        for (int round = 0; round < mark_rounds && converged && update_marks(pairs); ++round) {
+        report.iterations += iterate(left, converged);
+        for (int round = 0; round < mark_rounds && converged && contacts_.update_marks(pairs, to_.velocity); ++round) {
             report.iterations +=
-                iterate(iteration_tolerance_, std::max(settings_.iteration_limit - report.iterations, 1), converged);
+                iterate(std::max(settings_.iteration_limit - report.iterations, 1), converged);
         }
-        predict(bodies);
+        to_.update(bodies, contacts_.loop.workers);
     }
     report.converged =
         report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
     converged_ = report.converged;
     return report;
+}
+
+void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs,
+                                   std::span<Joint> joints) {
+    has_doubtful_memory_ = !converged_;
+    joints_.store_impulses(joints);
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+        joints[i].memory.owed = 0.5 * h_ / impulse_interval(joint_weight_[i], h_);
+        joints[i].memory.last_interval = h_;
+    }
+    contacts_.store(bodies, pairs, to_.velocity);
+}
+
+std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bodies) {
+    at_node_ = bodies.velocity;
+    joints_.add_weighted(joint_weight_, at_node_);
+    contacts_.apply_half_kicks(at_node_);
+    return at_node_;
+}
+
+double ContactSolver::joint_rate(const Bodies& bodies) {
+    std::vector<double> interval;
+    for (const double weight : joint_weight_) {
+        interval.push_back(impulse_interval(weight, h_));
+    }
+    return joints_.fastest_rate(bodies, interval);
 }
 
 } // namespace sim

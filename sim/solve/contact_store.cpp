@@ -1,70 +1,101 @@
-#include "sim/solve/contact_solver.h"
-
-#include <algorithm>
+#include "sim/solve/resting_contacts.h"
 
 namespace sim {
 
-std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bodies) {
-    at_node_ = bodies.velocity;
-    joints_.add_weighted(joint_weight_, at_node_);
-    loop_.share_colours([&](std::size_t first, std::size_t last) {
-        work_on_batches(RestPhase::half_kick, first, last, at_node_);
-    });
-    return at_node_;
+/// The mark of eq. 6, and the coefficient that goes with it.
+void RestingContacts::set_mark(Block& block, bool sticks) {
+    BlockBatch& batch = loop.batch_of(block);
+    const std::size_t lane = Blocks::lane_of(block);
+    batch.sticking.x[lane] = sticks ? 1.0 : 0.0;
+    batch.mu.x[lane] = sticks ? block.mu_s : block.mu_d;
+}
+
+bool RestingContacts::update_marks(const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity) {
+    bool changed = false;
+    for (std::size_t i = 0; has_two_coefficients_ && i < loop.blocks.size(); ++i) {
+        Block& block = loop.blocks[i];
+        changed = (block.count > 0 && block.mu_d != block.mu_s && update_mark(pairs, block, velocity)) || changed;
+    }
+    return changed;
+}
+
+/// A marked block that is at its limit and slips loses its mark; a sliding one that the step would reverse has stopped
+/// within it, and sticks if static friction can hold it.
+bool RestingContacts::update_mark(const std::vector<PairContacts>& pairs, Block& block,
+                                  std::span<const Velocity> velocity) {
+    const double slip_tolerance = rules_.slip_tolerance / rules_.h;
+    const BlockBatch& batch = loop.batch_of(block);
+    const std::size_t lane = Blocks::lane_of(block);
+    const LaneFrame frame(batch, lane);
+    const Vec6 twist = frame.relative_twist(velocity);
+    const bool is_sticking = batch.sticking.x[lane] > 0.5;
+    bool slips = false;
+    bool at_limit = false;
+    double reversal = 0.0;
+    for (int k = 0; k < block.count; ++k) {
+        const BatchPoint& in_lanes = loop.points[static_cast<std::size_t>(batch.first + k)];
+        const LanePoint point(in_lanes, lane);
+        if (point.p_n == 0.0) {
+            continue;
+        }
+        const Vec2 target(in_lanes.u_t_target[0].x[lane], in_lanes.u_t_target[1].x[lane]);
+        const Vec2 slip = point.tangential_velocity(twist) - target;
+        slips = slips || slip.norm() > slip_tolerance;
+        at_limit = at_limit || point.p_t.norm() >= rules_.limit * block.mu_s * point.p_n;
+        const int index = loop.contacts[static_cast<std::size_t>(block.first + k)].index;
+        const Vec3& sliding =
+            pairs[static_cast<std::size_t>(block.pair)].memory[static_cast<std::size_t>(index)].sliding;
+        reversal += point.p_n * slip.dot(frame.frame.leftCols<2>().transpose() * sliding);
+    }
+    const bool lost = is_sticking && slips && at_limit;
+    const bool stopped = !is_sticking && slips && reversal < 0.0;
+    if (lost || stopped) {
+        set_mark(block, stopped);
+    }
+    return lost || stopped;
 }
 
 /// Which bodies speculative impacts hit. Such an impact acts as a whole within the interval, and so do the answers of the
 /// contacts that its bodies have: the instants before and after have no part of them.
-void ContactSolver::find_hit_bodies(const Bodies& bodies) {
+void RestingContacts::find_hit_bodies(const Bodies& bodies) {
     is_hit_.assign(bodies.props.size(), 0);
-    for (const BlockBatch& batch : loop_.batches) {
+    for (const BlockBatch& batch : loop.batches) {
         for (int k = batch.first; k < batch.first + batch.count; ++k) {
-            const unsigned closing = rest_points_[static_cast<std::size_t>(k)].closing;
+            const unsigned closing = rest_points[static_cast<std::size_t>(k)].closing;
             for (std::size_t lane = 0; closing >> lane != 0; ++lane) {
-                if ((closing >> lane & 1u) != 0 && loop_.points[static_cast<std::size_t>(k)].p_n.x[lane] > 0.0) {
+                if ((closing >> lane & 1u) != 0 && loop.points[static_cast<std::size_t>(k)].p_n.x[lane] > 0.0) {
                     is_hit_[static_cast<std::size_t>(batch.a[lane])] = is_hit_[static_cast<std::size_t>(batch.b[lane])] = 1;
                 }
             }
         }
     }
-    for (std::size_t i = 0; i < loop_.batches.size(); ++i) {
-        const BlockBatch& batch = loop_.batches[i];
+    for (std::size_t i = 0; i < loop.batches.size(); ++i) {
+        const BlockBatch& batch = loop.batches[i];
         unsigned hit = 0;
         for (unsigned lane = 0; lane < lane_count; ++lane) {
             const unsigned of_a = is_hit_[static_cast<std::size_t>(batch.a[lane])] != 0 ? batch.moves_a : 0u;
             const unsigned of_b = is_hit_[static_cast<std::size_t>(batch.b[lane])] != 0 ? batch.moves_b : 0u;
             hit |= (of_a | of_b) & (1u << lane);
         }
-        rest_blocks_[i].hit = hit;
+        rest_blocks[i].hit = hit;
     }
 }
 
-void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs,
-                             std::span<JointMemory> joint_memory) {
-    has_doubtful_memory_ = !converged_;
+void RestingContacts::store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity) {
     for (PairContacts& pair : pairs) {
-        for (std::size_t i = 0; !all_in_solve_ && i < pair.memory.size(); ++i) {
+        for (std::size_t i = 0; !has_all_ && i < pair.memory.size(); ++i) {
             ContactMemory& memory = pair.memory[i];
             memory = {.id = memory.id, .core_a = memory.core_a, .slip = memory.slip};
         }
     }
-    joints_.store_impulses(joint_memory);
-    for (std::size_t i = 0; i < joint_memory.size(); ++i) {
-        joint_memory[i].owed = 0.5 * h_ / impulse_interval(joint_weight_[i], h_);
-        joint_memory[i].last_interval = h_;
-    }
     find_hit_bodies(bodies);
-    loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
-        work_on_batches(RestPhase::store, first, last, velocity_);
+    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
+        work(RestPhase::store, first, last, velocity);
     });
 }
 
-double ContactSolver::joint_rate(const Bodies& bodies) {
-    std::vector<double> interval;
-    for (const double weight : joint_weight_) {
-        interval.push_back(impulse_interval(weight, h_));
-    }
-    return joints_.fastest_rate(bodies, interval);
+void RestingContacts::apply_half_kicks(std::span<Velocity> velocity) {
+    loop.share_colours([&](std::size_t first, std::size_t last) { work(RestPhase::half_kick, first, last, velocity); });
 }
 
 } // namespace sim

@@ -215,10 +215,10 @@ void JointSolver::apply(const Row& row, double p, std::span<Velocity> velocity) 
     b.w -= p * row.turn_b;
 }
 
-void JointSolver::apply_half_kick(std::span<const JointMemory> memory, std::span<const char> only,
-                      std::span<Velocity> velocity) const {
+void JointSolver::apply_half_kick(std::span<const Joint> joints, std::span<const char> only,
+                                  std::span<Velocity> velocity) const {
     for (const Row& row : rows_) {
-        const JointMemory& joint = memory[static_cast<std::size_t>(row.joint)];
+        const JointMemory& joint = joints[static_cast<std::size_t>(row.joint)].memory;
         if (only.empty() || only[static_cast<std::size_t>(row.a)] != 0 ||
             only[static_cast<std::size_t>(row.b)] != 0) {
             apply(row, joint.owed * joint.impulse[static_cast<std::size_t>(row.index)], velocity);
@@ -232,9 +232,9 @@ void JointSolver::add_weighted(std::span<const double> weight, std::span<Velocit
     }
 }
 
-void JointSolver::store_impulses(std::span<JointMemory> memory) const {
+void JointSolver::store_impulses(std::span<Joint> joints) const {
     for (const Row& row : rows_) {
-        memory[static_cast<std::size_t>(row.joint)].impulse[static_cast<std::size_t>(row.index)] = row.sum;
+        joints[static_cast<std::size_t>(row.joint)].memory.impulse[static_cast<std::size_t>(row.index)] = row.sum;
     }
 }
 

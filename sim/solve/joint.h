@@ -12,6 +12,13 @@
 
 namespace sim {
 
+/// What a joint hands to the next step.
+struct JointMemory {
+    std::array<double, 5> impulse{}; ///< of its rows [N s], [N m s]
+    double owed = 0.0;               ///< see ContactMemory
+    double last_interval = 0.0;      ///< [s]
+};
+
 /// A joint in body frames.
 struct Joint {
     JointKind kind = JointKind::ball;
@@ -22,17 +29,11 @@ struct Joint {
     Vec3 axis_a = Vec3::UnitZ();     ///< hinge: unit, body frame of a
     Vec3 across_b_1 = Vec3::UnitX(); ///< hinge: unit, across the axis, body frame of b
     Vec3 across_b_2 = Vec3::UnitY();
+    JointMemory memory;
 };
 
 /// Joint from its definition; `world_body` is the index that stands for the world where body_b is -1.
 Joint make_joint(const JointDef& def, std::span<const Pose> pose, int world_body);
-
-/// What a joint hands to the next step.
-struct JointMemory {
-    std::array<double, 5> impulse{}; ///< of its rows [N s], [N m s]
-    double owed = 0.0;               ///< see ContactMemory
-    double last_interval = 0.0;      ///< [s]
-};
 
 /// All joints of a scene. Costs nothing where there are none.
 class JointSolver {
@@ -57,16 +58,15 @@ public:
     double target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
                          std::span<const Velocity> velocity, double h, double share);
 
-    /// Adds the owed share of the impulses in `memory` at the present poses; only joints of a body in `only`
+    /// Adds the owed share of the impulses that the joints remember at the present poses; only those of a body in `only`
     /// [body_count] unless that is empty.
-    void apply_half_kick(std::span<const JointMemory> memory, std::span<const char> only,
-             std::span<Velocity> velocity) const;
+    void apply_half_kick(std::span<const Joint> joints, std::span<const char> only, std::span<Velocity> velocity) const;
 
     /// Adds `weight` [joint_count] times the impulses of this solve.
     void add_weighted(std::span<const double> weight, std::span<Velocity> velocity) const;
 
-    /// Writes the impulses of this solve to `memory`.
-    void store_impulses(std::span<JointMemory> memory) const;
+    /// Writes the impulses of this solve to the joints' memory.
+    void store_impulses(std::span<Joint> joints) const;
 
     /// Rate [rad/s] of the fastest motion that the joints' forces allow beside their own rows, as across a taut chain:
     /// the largest |eigenvalue| of M^-1 K, K the geometric stiffness of the impulses of this solve, each spread over

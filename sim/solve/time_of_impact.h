@@ -1,5 +1,5 @@
 #pragma once
-/// When contacts that do not touch yet will, within a step (impacts = "stop"). WorldState::overlap_time() finds it for bodies
+/// When contacts that do not touch yet will, within a step (impacts = "stop"). Repair::overlap_time() finds it for bodies
 /// that have no contact yet.
 #include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"

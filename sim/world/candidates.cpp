@@ -1,4 +1,4 @@
-#include "sim/world/state.h"
+#include "sim/world/candidates.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,6 +19,9 @@ constexpr double few_escaped = 0.25;
 
 /// Pairs are searched for in a frame that moves with the bodies where that makes their speeds less than this share [-].
 constexpr double frame_share = 0.5;
+
+/// A body that moves beyond what its pairs were searched for is searched again with this much [-] to spare.
+constexpr double reach_growth = 1.5;
 
 /// How many times [-] as fast a body may turn by its inertia alone: its energy is kept.
 double spin_growth(const BodyProps& props) {
@@ -64,166 +67,209 @@ double moved_by(const BodyProps& props, const Pose& from, const Pose& to, const 
     return (to.position - from.position - drift).norm() + turn * props.bounding_radius;
 }
 
+Candidates::Candidates(const Bodies& bodies, std::size_t count, const StepSettings& settings, std::vector<BodyPair> jointed)
+    : bodies_(bodies), settings_(settings), count_(count), jointed_(std::move(jointed)),
+      broad_phase_(std::span(bodies.props).first(count), [this](const BodyPair& pair) { return may_touch(pair); }) {}
+
+void Candidates::move(double interval) {
+    drift_ += drift_in(interval);
+    frame_ += frame_.isZero(0.0) ? Vec3(Vec3::Zero()) : Vec3(interval * settings_.gravity);
+}
+
+double Candidates::margin_of(const BodyPair& pair) const {
+    const auto a = static_cast<std::size_t>(pair.a);
+    const auto b = static_cast<std::size_t>(pair.b);
+    const double h = settings_.time_step.value();
+    const double approach = (bodies_.velocity[a].v - bodies_.velocity[b].v).norm() + rim_speed_[a] + rim_speed_[b];
+    return h * (approach + h * settings_.gravity.norm()) + margin_tolerances * settings_.tolerance;
+}
+
+double Candidates::farthest(const BodyPair& pair) const {
+    return reach_[static_cast<std::size_t>(pair.a)] + reach_[static_cast<std::size_t>(pair.b)] +
+           margin_tolerances * settings_.tolerance;
+}
+
 /// How far the frame of the search falls in t [s]; at rest it stays [m].
-Vec3 WorldState::search_drift_in(double t) const {
-    return search_frame.isZero(0.0) ? Vec3(Vec3::Zero()) : Vec3(t * search_frame + 0.5 * t * t * settings.gravity);
+Vec3 Candidates::drift_in(double t) const {
+    return frame_.isZero(0.0) ? Vec3(Vec3::Zero()) : Vec3(t * frame_ + 0.5 * t * t * settings_.gravity);
 }
 
 /// How far each body may move in the step, in the frame of the search.
-void WorldState::find_reach() {
-    reach.resize(reported_count);
-    rim_speed.resize(reported_count);
-    for (std::size_t i = 0; i < reported_count; ++i) {
-        const BodyProps& props = bodies.props[i];
-        const Velocity& velocity = bodies.velocity[i];
-        rim_speed[i] = props.is_static() ? 0.0 : velocity.w.norm() * props.bounding_radius;
-        const double spin = props.is_static() ? 0.0 : spin_growth(props) * rim_speed[i];
-        reach[i] = h * ((velocity.v - search_frame).norm() + spin + h * settings.gravity.norm());
+void Candidates::find_reach() {
+    const double h = settings_.time_step.value();
+    reach_.resize(count_);
+    rim_speed_.resize(count_);
+    for (std::size_t i = 0; i < count_; ++i) {
+        const BodyProps& props = bodies_.props[i];
+        const Velocity& velocity = bodies_.velocity[i];
+        rim_speed_[i] = props.is_static() ? 0.0 : velocity.w.norm() * props.bounding_radius;
+        const double spin = props.is_static() ? 0.0 : spin_growth(props) * rim_speed_[i];
+        reach_[i] = h * ((velocity.v - frame_).norm() + spin + h * settings_.gravity.norm());
     }
 }
 
 /// May body i leave the box it was given, by its `reach`?
-bool WorldState::has_escaped(std::size_t i) const {
-    return moved_by(bodies.props[i], searched_pose[i], bodies.pose[i], search_drift) + reach[i] > searched_reach[i];
+bool Candidates::has_escaped(std::size_t i) const {
+    return moved_by(bodies_.props[i], searched_pose_[i], bodies_.pose[i], drift_) + reach_[i] > searched_reach_[i];
 }
 
 /// Pairs of bodies that may touch while each moves by up to its `reach` from its present pose: the last search still
-/// tells those of bodies that are not escaped.
-void WorldState::find_candidates() {
-    const bool is_first = searched_pose.size() != reported_count;
-    escaped.clear();
-    for (std::size_t i = 0; !is_first && i < reported_count; ++i) {
-        if (has_escaped(i) || searched_reach[i] > wide_box * search_reach(i)) {
-            escaped.push_back(static_cast<int>(i));
+/// tells those of bodies that are not escaped_.
+void Candidates::find() {
+    find_reach();
+    const bool is_first = searched_pose_.size() != count_;
+    escaped_.clear();
+    for (std::size_t i = 0; !is_first && i < count_; ++i) {
+        if (has_escaped(i) || searched_reach_[i] > wide_box * search_reach(i)) {
+            escaped_.push_back(static_cast<int>(i));
         }
     }
-    if (is_first || have_many_escaped() || searched_again > reported_count) {
-        search_frame = common_velocity(std::span(bodies.props).first(reported_count), bodies.velocity);
+    if (is_first || have_many_escaped() || searched_again_ > count_) {
+        frame_ = common_velocity(std::span(bodies_.props).first(count_), bodies_.velocity);
         find_reach();
-        find_all_candidates();
+        search_all();
     } else {
-        find_candidates_of_escaped();
+        search_escaped();
     }
 }
 
-bool WorldState::have_many_escaped() const {
-    return static_cast<double>(escaped.size()) > few_escaped * static_cast<double>(reported_count);
+void Candidates::find_thrown(std::span<const std::size_t> solved, std::span<const Pose> planned, double interval) {
+    const Vec3 drift = drift_in(interval);
+    escaped_.clear();
+    for (const std::size_t i : solved) {
+        if (i >= count_) {
+            continue;
+        }
+        const double throw_of = moved_by(bodies_.props[i], bodies_.pose[i], planned[i], drift);
+        if (throw_of > reach_[i]) {
+            reach_[i] = reach_growth * throw_of;
+            if (has_escaped(i)) {
+                escaped_.push_back(static_cast<int>(i));
+            }
+        }
+    }
+    have_many_escaped() ? search_all() : search_escaped();
+}
+
+bool Candidates::have_many_escaped() const {
+    return static_cast<double>(escaped_.size()) > few_escaped * static_cast<double>(count_);
 }
 
 /// How far body i may move before its pairs are searched for again [m].
-double WorldState::search_reach(std::size_t i) const {
-    return search_steps * reach[i] +
-           (bodies.props[i].is_static() ? 0.0 : search_share * bodies.props[i].bounding_radius);
+double Candidates::search_reach(std::size_t i) const {
+    return search_steps * reach_[i] +
+           (bodies_.props[i].is_static() ? 0.0 : search_share * bodies_.props[i].bounding_radius);
 }
 
 /// Where body i may get to until then: a box in the frame of the search.
-void WorldState::set_search_box(std::size_t i) {
-    searched_reach[i] = search_reach(i);
-    searched_pose[i] = bodies.pose[i];
-    searched_pose[i].position -= search_drift;
-    boxes[i] = searched_box(i);
+void Candidates::set_box(std::size_t i) {
+    searched_reach_[i] = search_reach(i);
+    searched_pose_[i] = bodies_.pose[i];
+    searched_pose_[i].position -= drift_;
+    boxes_[i] = searched_box(i);
 }
 
 /// By where it was searched for.
-Bounds WorldState::searched_box(std::size_t i) const {
-    Bounds box = bounds(bodies.props[i].shape, searched_pose[i]);
-    const Vec3 margin = Vec3::Constant(searched_reach[i] + 0.5 * margin_tolerances * settings.tolerance);
+Bounds Candidates::searched_box(std::size_t i) const {
+    Bounds box = bounds(bodies_.props[i].shape, searched_pose_[i]);
+    const Vec3 margin = Vec3::Constant(searched_reach_[i] + 0.5 * margin_tolerances * settings_.tolerance);
     box.lower -= margin;
     box.upper += margin;
     return box;
 }
 
-void WorldState::find_all_candidates() {
-    search_drift.setZero();
-    searched_pose.resize(reported_count);
-    searched_reach.resize(reported_count);
-    boxes.resize(reported_count);
-    for (std::size_t i = 0; i < reported_count; ++i) {
-        set_search_box(i);
+void Candidates::search_all() {
+    drift_.setZero();
+    searched_pose_.resize(count_);
+    searched_reach_.resize(count_);
+    boxes_.resize(count_);
+    for (std::size_t i = 0; i < count_; ++i) {
+        set_box(i);
     }
-    searched_again = 0;
+    searched_again_ = 0;
     search();
 }
 
 /// All pairs whose search boxes overlap become candidates.
-void WorldState::search() {
-    broad_phase.find_pairs(boxes, found_pairs);
-    is_unseen.assign(reported_count, 1);
-    candidates.clear();
-    free_slots.clear();
-    axes.clear();
-    separations.clear();
-    add_candidates();
+void Candidates::search() {
+    broad_phase_.find_pairs(boxes_, found_);
+    all_.clear();
+    free_slots_.clear();
+    slot_count_ = 0;
+    add_found();
 }
 
-void WorldState::find_candidates_of_escaped() {
-    if (escaped.empty()) {
+void Candidates::search_escaped() {
+    if (escaped_.empty()) {
         return;
     }
-    searched_again += escaped.size();
-    std::vector<char> has_moved_on(reported_count, 0);
-    for (const int i : escaped) {
-        set_search_box(static_cast<std::size_t>(i));
-        is_unseen[static_cast<std::size_t>(i)] = has_moved_on[static_cast<std::size_t>(i)] = 1;
+    searched_again_ += escaped_.size();
+    std::vector<char> has_moved_on(count_, 0);
+    for (const int i : escaped_) {
+        set_box(static_cast<std::size_t>(i));
+        has_moved_on[static_cast<std::size_t>(i)] = 1;
     }
-    std::erase_if(candidates, [&](const Candidate& candidate) {
-        const auto& [pair, slot] = candidate;
-        const bool is_old =
-            has_moved_on[static_cast<std::size_t>(pair.a)] != 0 || has_moved_on[static_cast<std::size_t>(pair.b)] != 0;
+    std::erase_if(all_, [&](const Candidate& candidate) {
+        const auto [a, b] = candidate.bodies;
+        const bool is_old = has_moved_on[static_cast<std::size_t>(a)] != 0 || has_moved_on[static_cast<std::size_t>(b)] != 0;
         if (is_old) {
-            free_slots.push_back(slot);
+            free_slots_.push_back(candidate.slot);
         }
         return is_old;
     });
-    broad_phase.find_pairs_of(escaped, boxes, found_pairs);
-    add_candidates();
+    broad_phase_.find_pairs_of(escaped_, boxes_, found_);
+    add_found();
 }
 
 /// The pairs found, none of which is a candidate, become candidates.
-void WorldState::add_candidates() {
-    const auto others = static_cast<std::ptrdiff_t>(candidates.size());
-    for (const BodyPair& pair : found_pairs) {
-        if (free_slots.empty()) {
-            free_slots.push_back(axes.size());
-            axes.emplace_back();
-            separations.emplace_back();
+void Candidates::add_found() {
+    const auto others = static_cast<std::ptrdiff_t>(all_.size());
+    for (const BodyPair& pair : found_) {
+        if (free_slots_.empty()) {
+            free_slots_.push_back(slot_count_++);
         }
-        separations[free_slots.back()] = {};
-        candidates.push_back({pair, free_slots.back()});
-        free_slots.pop_back();
+        all_.push_back({pair, free_slots_.back()});
+        free_slots_.pop_back();
     }
-    pair_penetration.resize(axes.size());
-    std::ranges::inplace_merge(candidates, candidates.begin() + others, {}, &Candidate::bodies);
-    std::vector<char> is_in(reported_count, 0);
-    for (const auto& [pair, slot] : candidates) {
-        is_in[static_cast<std::size_t>(pair.a)] = is_in[static_cast<std::size_t>(pair.b)] = 1;
+    std::ranges::inplace_merge(all_, all_.begin() + others, {}, &Candidate::bodies);
+    std::vector<char> is_in(count_, 0);
+    for (const Candidate& candidate : all_) {
+        const auto [a, b] = candidate.bodies;
+        is_in[static_cast<std::size_t>(a)] = is_in[static_cast<std::size_t>(b)] = 1;
     }
-    candidate_bodies.clear();
-    for (std::size_t i = 0; i < reported_count; ++i) {
+    members_.clear();
+    for (std::size_t i = 0; i < count_; ++i) {
         if (is_in[i] != 0) {
-            candidate_bodies.push_back(i);
+            members_.push_back(i);
         }
     }
 }
 
 /// Do two bodies whose search boxes overlap count as candidates? Not those that a joint connects, and none beyond a
 /// plane, whose box tells nothing.
-bool WorldState::may_touch(const BodyPair& pair) const {
-    if (std::ranges::binary_search(jointed, pair)) {
+bool Candidates::may_touch(const BodyPair& pair) const {
+    if (std::ranges::binary_search(jointed_, pair)) {
         return false;
     }
     auto plane = static_cast<std::size_t>(pair.a);
     auto other = static_cast<std::size_t>(pair.b);
-    if (!std::holds_alternative<Plane>(bodies.props[plane].shape)) {
+    if (!std::holds_alternative<Plane>(bodies_.props[plane].shape)) {
         std::swap(plane, other);
     }
-    if (!std::holds_alternative<Plane>(bodies.props[plane].shape)) {
+    if (!std::holds_alternative<Plane>(bodies_.props[plane].shape)) {
         return true;
     }
-    const Vec3 normal = searched_pose[plane].orientation * Vec3::UnitZ();
-    const double height = normal.dot(searched_pose[other].position - searched_pose[plane].position);
-    return height <= bodies.props[other].bounding_radius + searched_reach[plane] + searched_reach[other] +
-                         margin_tolerances * settings.tolerance;
+    const Vec3 normal = searched_pose_[plane].orientation * Vec3::UnitZ();
+    const double height = normal.dot(searched_pose_[other].position - searched_pose_[plane].position);
+    return height <= bodies_.props[other].bounding_radius + searched_reach_[plane] + searched_reach_[other] +
+                         margin_tolerances * settings_.tolerance;
+}
+
+void Candidates::resume() {
+    for (std::size_t i = 0; i < count_; ++i) {
+        boxes_.push_back(searched_box(i));
+    }
+    search();
 }
 
 } // namespace sim

@@ -23,17 +23,19 @@ void exchange(Archive& archive, State& state) {
     archive(state.interval);
     archive(state.begun_at_limit);
     archive(state.stopped_at_impact);
-    archive(state.verified_penetration);
+    archive(state.repair.verified_penetration);
     archive(state.joint_rate);
     state.contact_solver.exchange_plan(archive);
     // What contacts and joints remember.
-    archive(state.joint_memory);
-    std::size_t pair_count = state.pairs.size();
+    for (auto& joint : state.joints) {
+        archive(joint.memory);
+    }
+    std::size_t pair_count = state.search.pairs.size();
     archive(pair_count);
     if constexpr (std::is_same_v<Archive, ByteReader>) {
-        state.pairs.resize(pair_count);
+        state.search.pairs.resize(pair_count);
     }
-    for (auto& pair : state.pairs) {
+    for (auto& pair : state.search.pairs) {
         archive(pair.manifold.body_a);
         archive(pair.manifold.body_b);
         archive(pair.manifold.contacts);
@@ -41,12 +43,7 @@ void exchange(Archive& archive, State& state) {
         archive(pair.material);
     }
     archive(state.impacts);
-    // The search for pairs.
-    archive(state.search_frame);
-    archive(state.search_drift);
-    archive(state.searched_pose);
-    archive(state.searched_reach);
-    archive(state.searched_again);
+    state.search.candidates.exchange(archive);
 }
 
 } // namespace
@@ -63,16 +60,11 @@ World World::restored(const SceneDef& scene, int threads, ByteReader& from) {
 }
 
 void WorldState::resume() {
-    CHECK(bodies.pose.size() == bodies.props.size() && joint_memory.size() == joints.size());
-    for (std::size_t i = 0; i < bodies.props.size(); ++i) {
-        bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
-    }
+    CHECK(bodies.pose.size() == bodies.props.size());
+    find_inverse_inertia(bodies);
     velocity_at_node = contact_solver.velocity_at_node();
     progress = 1.0;
-    for (std::size_t i = 0; i < reported_count; ++i) {
-        boxes.push_back(searched_box(i));
-    }
-    search();
+    search.candidates.resume();
 }
 
 } // namespace sim

@@ -47,48 +47,55 @@ constexpr int first_limit = 2000;
 /// Rounds of check and repair after the move before the step is divided.
 constexpr int repair_limit = 8;
 
-std::vector<BodyProps> all_props(const SceneDef& scene) {
-    std::vector<BodyProps> props;
+/// At t = 0. Behind those of the scene the world, for joints that hold a body in it; the search does not see it.
+Bodies all_bodies(const SceneDef& scene) {
+    Bodies bodies;
     for (const BodyDef& body : scene.bodies) {
-        props.push_back(make_body_props(body));
+        bodies.props.push_back(make_body_props(body));
+        bodies.pose.push_back({body.pose.position, body.pose.orientation.normalized()});
+        bodies.velocity.push_back(body.is_static() ? Velocity{} : Velocity{body.velocity, body.angular_velocity});
     }
-    props.emplace_back(); // the world, for joints that hold a body in it; the broad phase does not see it
-    return props;
+    bodies.props.emplace_back();
+    bodies.pose.emplace_back();
+    bodies.velocity.emplace_back();
+    find_inverse_inertia(bodies);
+    return bodies;
+}
+
+std::vector<Joint> all_joints(const SceneDef& scene, const Bodies& bodies) {
+    std::vector<Joint> joints;
+    for (const JointDef& joint : scene.joints) {
+        joints.push_back(make_joint(joint, bodies.pose, static_cast<int>(bodies.props.size()) - 1));
+    }
+    return joints;
+}
+
+/// Ascending.
+std::vector<BodyPair> jointed_pairs(std::span<const Joint> joints) {
+    std::vector<BodyPair> pairs;
+    for (const Joint& joint : joints) {
+        pairs.push_back({std::min(joint.a, joint.b), std::max(joint.a, joint.b)});
+    }
+    std::ranges::sort(pairs);
+    return pairs;
 }
 
 } // namespace
 
+void find_inverse_inertia(Bodies& bodies) {
+    bodies.inverse_inertia.clear();
+    for (std::size_t i = 0; i < bodies.props.size(); ++i) {
+        bodies.inverse_inertia.push_back(inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation));
+    }
+}
+
 WorldState::WorldState(const SceneDef& scene, int threads)
-    : reported_count(scene.bodies.size()), settings(scene.step),
-      h(scene.step.time_step.value()), bodies{.props = all_props(scene),
-                                              .pose = {},
-                                              .velocity = {},
-                                              .inverse_inertia = {}},
-      broad_phase(std::span(bodies.props).first(reported_count),
-                  [this](const BodyPair& pair) { return may_touch(pair); }),
-      workers(threads) {
+    : reported_count(scene.bodies.size()), settings(scene.step), h(scene.step.time_step.value()), bodies(all_bodies(scene)),
+      joints(all_joints(scene, bodies)), workers(threads),
+      search(bodies, reported_count, settings, jointed_pairs(joints), workers),
+      repair(bodies, settings, search, contact_solver) {
     for (const BodyDef& body : scene.bodies) {
         names.push_back(body.name);
-        bodies.pose.push_back({body.pose.position, body.pose.orientation.normalized()});
-        bodies.velocity.push_back(body.is_static() ? Velocity{}
-                                                   : Velocity{body.velocity, body.angular_velocity});
-    }
-    bodies.pose.emplace_back();
-    bodies.velocity.emplace_back();
-    const std::size_t count = bodies.props.size();
-    bodies.inverse_inertia.assign(count, Mat3::Zero());
-    for (const JointDef& joint : scene.joints) {
-        joints.push_back(make_joint(joint, bodies.pose, static_cast<int>(count) - 1));
-        jointed.push_back(
-            {std::min(joints.back().a, joints.back().b), std::max(joints.back().a, joints.back().b)});
-    }
-    std::ranges::sort(jointed);
-    joint_memory.resize(joints.size());
-    for (std::size_t i = 0; i < count; ++i) {
-        bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
-    }
-    for (std::size_t i = 0; i < reported_count; ++i) {
-        is_box.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
     }
     settings.impacts = impact_handling(scene);
     contact_solver.set_workers(&workers);
@@ -149,13 +156,23 @@ void WorldState::move(StepReport& report) {
         }
         bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
     }
-    search_drift += search_drift_in(interval);
-    search_frame += search_frame.isZero(0.0) ? Vec3(Vec3::Zero()) : Vec3(interval * settings.gravity);
-    report.max_penetration = std::max(report.max_penetration, verified_penetration);
+    search.candidates.move(interval);
+    report.max_penetration = std::max(report.max_penetration, repair.verified_penetration);
     progress = interval >= interval_left() ? 1.0 : progress + interval / h;
     if (progress == 1.0) {
         ++step_index;
     }
+}
+
+void WorldState::find_contacts(StepReport& report) {
+    {
+        const StageClock clock(report, Stage::broad_phase);
+        search.candidates.find();
+    }
+    const StageClock clock(report, Stage::narrow_phase);
+    search.find();
+    report.pairs = static_cast<int>(search.candidates.all().size());
+    report.manifolds = static_cast<int>(search.pairs.size());
 }
 
 /// Collisions act on the velocities of the instant: those before the resting impulses plus what they lack. A
@@ -164,17 +181,17 @@ void WorldState::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
     after_collisions = bodies.velocity;
     joint_rows.prepare(bodies, joints);
-    joint_rows.apply_half_kick(joint_memory, {}, after_collisions);
-    apply_half_kicks(bodies, pairs, {}, after_collisions);
+    joint_rows.apply_half_kick(joints, {}, after_collisions);
+    apply_half_kicks(bodies, search.pairs, {}, after_collisions);
     const std::vector<Velocity> before = after_collisions;
-    std::vector<char> touched;
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
-    const CollisionReport result =
-        collision_solver.resolve(bodies, pairs, joints, settings, work_left(), after_collisions, touched);
+    collision_solver.most_sweeps = work_left();
+    const CollisionReport result = collision_solver.resolve(bodies, search.pairs, joints, settings, after_collisions);
+    const std::vector<char>& touched = result.touched;
     work_done += result.iterations + sweeps_to_arrange * result.passes;
     if (result.collisions > 0) {
-        joint_rows.apply_half_kick(joint_memory, touched, bodies.velocity);
-        apply_half_kicks(bodies, pairs, touched, bodies.velocity);
+        joint_rows.apply_half_kick(joints, touched, bodies.velocity);
+        apply_half_kicks(bodies, search.pairs, touched, bodies.velocity);
         for (std::size_t i = 0; i < after_collisions.size(); ++i) {
             if (touched[i] == 0) {
                 continue;
@@ -197,7 +214,7 @@ void WorldState::restart(std::span<const char> touched) {
     const auto is_touched = [&](int a, int b) {
         return touched[static_cast<std::size_t>(a)] != 0 || touched[static_cast<std::size_t>(b)] != 0;
     };
-    for (PairContacts& pair : pairs) {
+    for (PairContacts& pair : search.pairs) {
         if (is_touched(pair.manifold.body_a, pair.manifold.body_b)) {
             for (ContactMemory& memory : pair.memory) {
                 memory.last_interval = 0.0;
@@ -208,8 +225,8 @@ void WorldState::restart(std::span<const char> touched) {
     }
     for (std::size_t i = 0; i < joints.size(); ++i) {
         if (is_touched(joints[i].a, joints[i].b)) {
-            joint_memory[i].owed = 0.0;
-            joint_memory[i].last_interval = 0.0;
+            joints[i].memory.owed = 0.0;
+            joints[i].memory.last_interval = 0.0;
         }
     }
 }
@@ -219,7 +236,7 @@ void WorldState::restart(std::span<const char> touched) {
 /// `largest_turn_in_step`.
 double WorldState::intervals_for_spin() const {
     double most = 0.0;
-    for (const PairContacts& pair : pairs) {
+    for (const PairContacts& pair : search.pairs) {
         for (const int body : {pair.manifold.body_a, pair.manifold.body_b}) {
             const auto i = static_cast<std::size_t>(body);
             const bool is_ball = std::holds_alternative<Sphere>(bodies.props[i].shape) &&
@@ -278,7 +295,7 @@ void WorldState::plan(StepReport& report) {
         ++stops;
         ++report.impacts_stopped_at;
     }
-    contact_solver.store_impulses(bodies, pairs, joint_memory);
+    contact_solver.store_impulses(bodies, search.pairs, joints);
     joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
 }
 
@@ -301,8 +318,8 @@ bool WorldState::stops_at_impacts() const {
 /// Shortens the planned interval to its first impact, if there is one. good: did the plan converge?
 void WorldState::stop_at_impact(StepReport& report, bool& good) {
     const std::optional<Impact> impact =
-        time_of_impact(bodies, contact_solver.velocity(), pairs, settings, interval);
-    const std::optional<double> overlap = overlap_time();
+        time_of_impact(bodies, contact_solver.velocity(), search.pairs, settings, interval);
+    const std::optional<double> overlap = repair.overlap_time();
     if (!impact && !overlap) {
         return;
     }
@@ -325,9 +342,9 @@ void WorldState::stop_at_impact(StepReport& report, bool& good) {
 /// converge.
 bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
     const double longest = interval;
-    const Contact contact = pairs[impact.pair].manifold.contacts[impact.contact];
-    const auto a = static_cast<std::size_t>(pairs[impact.pair].manifold.body_a);
-    const auto b = static_cast<std::size_t>(pairs[impact.pair].manifold.body_b);
+    const Contact contact = search.pairs[impact.pair].manifold.contacts[impact.contact];
+    const auto a = static_cast<std::size_t>(search.pairs[impact.pair].manifold.body_a);
+    const auto b = static_cast<std::size_t>(search.pairs[impact.pair].manifold.body_b);
     const double shortest = shortest_interval(settings);
     interval = std::max(impact.time, shortest);
     for (int correction = 0; correction < impact_corrections; ++correction) {
@@ -349,17 +366,16 @@ bool WorldState::plan_interval(StepReport& report) {
     used.impacts = stops_at_impacts() ? ImpactHandling::stop : ImpactHandling::ahead;
     const std::int64_t left = std::max<std::int64_t>(work_left(), sweeps_to_arrange);
     used.iteration_limit = static_cast<int>(std::min<std::int64_t>(used.iteration_limit, left));
-    put_back_replaced();
-    contact_solver.prepare(bodies, pairs, joints, joint_memory, used, interval);
-    check_all = true;
+    repair.begin(interval, stops_at_impacts());
+    contact_solver.prepare(bodies, search.pairs, joints, used, interval);
     bool good = false;
     for (int round = 0; round < repair_limit; ++round) {
-        const ContactSolveReport result = contact_solver.solve(bodies, pairs, joints);
+        const ContactSolveReport result = contact_solver.solve(bodies, search.pairs, joints);
         report.contact_iterations += result.iterations;
         work_done += result.iterations + sweeps_to_arrange;
         report.residual = result.residual;
-        const int repaired = repair();
-        good = result.converged && repaired == 0 && meeting.empty();
+        const int repaired = repair.repair(after_collisions);
+        good = result.converged && repaired == 0 && !repair.leaves_overlaps();
         if (!result.converged || repaired == 0) {
             break;
         }
@@ -379,7 +395,7 @@ Snapshot WorldState::take_snapshot(ContactDetail contacts) const {
                                    velocity_at_node[i].w});
     }
     if (contacts != ContactDetail::none) {
-        snapshot.contacts = loaded_contacts(pairs, h);
+        snapshot.contacts = loaded_contacts(search.pairs, h);
         snapshot.contact_count = static_cast<std::int64_t>(snapshot.contacts.size());
         if (contacts == ContactDetail::count) {
             snapshot.contacts.clear();

@@ -43,7 +43,7 @@ struct Stack {
         match_memory(found, 0.0);
     }
     void solve() {
-        solver.prepare(bodies, pairs, {}, {}, settings, h);
+        solver.prepare(bodies, pairs, {}, settings, h);
         report = solver.solve(bodies, pairs, {});
         solver.store_impulses(bodies, pairs, {});
     }

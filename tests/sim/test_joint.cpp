@@ -124,17 +124,16 @@ TEST(joint, two_identical_joints_act_as_one) {
 
 TEST(joint, impulses_remembered_are_those_applied) {
     const Bodies bodies = two_boxes(6);
-    const std::vector joints{make_joint(definition(JointKind::hinge, 0, 1), bodies.pose, 2)};
+    std::vector joints{make_joint(definition(JointKind::hinge, 0, 1), bodies.pose, 2)};
     JointSolver solver;
     solver.prepare(bodies, joints);
     solver.target_rest();
     std::vector<Velocity> solved = bodies.velocity;
     solver.solve(solved);
-    std::vector<JointMemory> memory(1);
-    solver.store_impulses(memory);
-    memory[0].owed = 1.0;
+    solver.store_impulses(joints);
+    joints[0].memory.owed = 1.0;
     std::vector<Velocity> paid = bodies.velocity;
-    solver.apply_half_kick(memory, {}, paid);
+    solver.apply_half_kick(joints, {}, paid);
     std::vector<Velocity> weighted = bodies.velocity;
     solver.add_weighted(std::vector{1.0}, weighted);
     for (std::size_t i = 0; i < 2; ++i) {
@@ -143,7 +142,7 @@ TEST(joint, impulses_remembered_are_those_applied) {
         EXPECT_LE((weighted[i].w - solved[i].w).norm(), 1e-12);
     }
     std::vector<Velocity> untouched = bodies.velocity;
-    solver.apply_half_kick(memory, std::vector<char>{0, 0, 1}, untouched); // the joint has no body of these
+    solver.apply_half_kick(joints, std::vector<char>{0, 0, 1}, untouched); // the joint has no body of these
     EXPECT_EQ(untouched[0].v, bodies.velocity[0].v);
 }
 

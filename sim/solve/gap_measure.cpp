@@ -1,4 +1,4 @@
-#include "sim/solve/contact_solver.h"
+#include "sim/solve/gap_measure.h"
 
 #include "sim/model/integrate.h"
 #include "sim/solve/time_of_impact.h"
@@ -88,62 +88,45 @@ Displacement displacement(const Interval& of, const Contact& contact, const Vec3
 
 } // namespace
 
-void ContactSolver::predict(const Bodies& bodies) {
-    loop_.share(solved_bodies_.size(), [&](std::size_t first, std::size_t last) {
-        for (std::size_t k = first; k < last; ++k) {
-            const std::size_t i = solved_bodies_[k];
-            predicted_[i] = free_motion(bodies.props[i], bodies.pose[i], velocity_[i], settings_.gravity, h_);
-            placed_[i] = PlacedBody(predicted_[i]);
-            const Mat3 turn = (predicted_[i].orientation * bodies.pose[i].orientation.conjugate()).toRotationMatrix();
-            const Vec3& position = predicted_[i].position;
-            end_[i] = {{turn(0, 0), turn(0, 1), turn(0, 2), turn(1, 0), turn(1, 1), turn(1, 2), turn(2, 0), turn(2, 1),
-                        turn(2, 2), position.x(), position.y(), position.z()}};
-        }
-    });
-}
-
-/// Gaps and displacements after the velocities changed: from the measurement before, where they are linear in the
-/// change to well within the tolerance, else measured again. Returns the largest error [m] of a gap.
-double ContactSolver::measure_again(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
-    unsure_.resize(loop_.batches.size());
+double GapMeasure::all() const {
+    Blocks& loop = contacts.loop;
     std::atomic<double> worst = 0.0;
-    loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
-        raise_to(worst, check_batches({.batches = loop_.batches.data() + first,
-                                       .batch_count = last - first,
-                                       .points = loop_.points.data(),
-                                       .velocity = velocity_.front().v.data(),
-                                       .measured = measured_.front().v.data(),
-                                       .radius = radius_.data(),
-                                       .h = h_,
-                                       .bend = linear_share * settings_.tolerance,
-                                       .unsure = unsure_.data() + first}));
-        for (std::size_t i = first; i < last; ++i) {
-            raise_to(worst, unsure_[i] != 0 ? measure_batches(bodies, pairs, i, i + 1, &unsure_[i]) : 0.0);
-        }
+    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
+        raise_to(worst, measure(first, last, nullptr));
     });
     return worst;
 }
 
-/// Gaps and displacements at the predicted poses, and the targets that close them (eq. 8: the velocity change
-/// d_n / h). Returns the largest error [m] of a gap, two-sided where the contact carries load.
-double ContactSolver::measure(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+double GapMeasure::again(std::span<const Velocity> measured) const {
+    Blocks& loop = contacts.loop;
+    std::vector<unsigned> unsure(loop.batches.size()); // lanes that are to be measured again
     std::atomic<double> worst = 0.0;
-    loop_.share(loop_.batches.size(), [&](std::size_t first, std::size_t last) {
-        raise_to(worst, measure_batches(bodies, pairs, first, last, nullptr));
+    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
+        raise_to(worst, check_batches({.batches = loop.batches.data() + first,
+                                       .batch_count = last - first,
+                                       .points = loop.points.data(),
+                                       .velocity = to.velocity.front().v.data(),
+                                       .measured = measured.front().v.data(),
+                                       .radius = to.radius.data(),
+                                       .h = to.h,
+                                       .bend = linear_share * settings.tolerance,
+                                       .unsure = unsure.data() + first}));
+        for (std::size_t i = first; i < last; ++i) {
+            raise_to(worst, unsure[i] != 0 ? measure(i, i + 1, &unsure[i]) : 0.0);
+        }
     });
     return worst;
 }
 
 /// The same for batches first..last, of the lanes in `only` [last - first]; null: of all.
-double ContactSolver::measure_batches(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first,
-                                      std::size_t last, const unsigned* only) {
-    double worst = work_on_batches(RestPhase::measure, first, last, velocity_, only);
+double GapMeasure::measure(std::size_t first, std::size_t last, const unsigned* only) const {
+    double worst = contacts.work(RestPhase::measure, first, last, to.velocity, only);
     for (std::size_t i = first; i < last; ++i) {
-        const BlockBatch& batch = loop_.batches[i];
+        const BlockBatch& batch = contacts.loop.batches[i];
         for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            const bool is_left = batch.block[lane] >= 0 && (rest_blocks_[i].plain >> lane & 1u) == 0;
+            const bool is_left = batch.block[lane] >= 0 && (contacts.rest_blocks[i].plain >> lane & 1u) == 0;
             if (is_left && (only == nullptr || (only[i - first] >> lane & 1u) != 0)) {
-                worst = std::max(worst, measure_lane(bodies, pairs, batch, lane));
+                worst = std::max(worst, measure_lane(batch, lane));
             }
         }
     }
@@ -151,36 +134,36 @@ double ContactSolver::measure_batches(const Bodies& bodies, const std::vector<Pa
 }
 
 /// The same for a block of any features.
-double ContactSolver::measure_lane(const Bodies& bodies, const std::vector<PairContacts>& pairs, const BlockBatch& batch,
-                                   std::size_t lane) {
-    const Block& block = loop_.blocks[static_cast<std::size_t>(batch.block[lane])];
+double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const {
+    Blocks& loop = contacts.loop;
+    const Block& block = loop.blocks[static_cast<std::size_t>(batch.block[lane])];
     const LaneFrame frame(batch, lane);
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
-    const Interval interval{.h = h_,
-                            .fall = relative_gravity(bodies, pairs[static_cast<std::size_t>(block.pair)].manifold, settings_),
+    const Interval interval{.h = to.h,
+                            .fall = relative_gravity(bodies, pairs[static_cast<std::size_t>(block.pair)].manifold, settings),
                             .size = std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius),
                             .from_a = bodies.pose[a],
                             .from_b = bodies.pose[b],
-                            .to_a = predicted_[a],
-                            .to_b = predicted_[b],
-                            .placed_a = placed_[a],
-                            .placed_b = placed_[b]};
+                            .to_a = to.pose[a],
+                            .to_b = to.pose[b],
+                            .placed_a = to.placed[a],
+                            .placed_b = to.placed[b]};
     const Eigen::Matrix<double, 3, 2> tangents = frame.frame.leftCols<2>();
-    const Vec6 twist = frame.relative_twist(velocity_);
+    const Vec6 twist = frame.relative_twist(to.velocity);
     double worst = 0.0;
     for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
         const auto at = static_cast<std::size_t>(batch.first) + k;
-        BatchPoint& to = loop_.points[at];
-        const LanePoint point(to, lane);
-        const Contact& contact = *loop_.contacts[static_cast<std::size_t>(block.first) + k].contact;
+        BatchPoint& in_lanes = loop.points[at];
+        const LanePoint point(in_lanes, lane);
+        const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k].contact;
         const Displacement moved = displacement(interval, contact, frame.frame.col(2), tangents, point.tangential_velocity(twist));
-        const double missing = rest_points_[at].gap_target.x[lane] - moved.gap;
-        to.u_n_target.x[lane] = point.normal_velocity(twist) + missing / h_;
-        const Vec2 owed(rest_points_[at].owed[0].x[lane], rest_points_[at].owed[1].x[lane]);
-        const Vec2 target = point.tangential_velocity(twist) - (moved.d_t + owed) / h_;
-        to.u_t_target[0].x[lane] = target.x();
-        to.u_t_target[1].x[lane] = target.y();
+        const double missing = contacts.rest_points[at].gap_target.x[lane] - moved.gap;
+        in_lanes.u_n_target.x[lane] = point.normal_velocity(twist) + missing / to.h;
+        const Vec2 owed(contacts.rest_points[at].owed[0].x[lane], contacts.rest_points[at].owed[1].x[lane]);
+        const Vec2 target = point.tangential_velocity(twist) - (moved.d_t + owed) / to.h;
+        in_lanes.u_t_target[0].x[lane] = target.x();
+        in_lanes.u_t_target[1].x[lane] = target.y();
         worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);
     }
     return worst;

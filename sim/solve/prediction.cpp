@@ -1,0 +1,55 @@
+#include "sim/solve/prediction.h"
+
+#include "sim/model/integrate.h"
+
+namespace sim {
+
+void Prediction::begin(const Bodies& bodies, const Vec3& gravity_of_scene, double interval) {
+    gravity = gravity_of_scene;
+    h = interval;
+    velocity = bodies.velocity;
+    const std::size_t count = bodies.props.size();
+    pose.resize(count);
+    placed.resize(count);
+    rows.resize(count);
+    radius.resize(count);
+    solved.clear();
+    is_solved.assign(count, 0);
+}
+
+void Prediction::add(const Bodies& bodies, int body) {
+    const auto i = static_cast<std::size_t>(body);
+    if (is_solved[i] == 0) {
+        is_solved[i] = 1;
+        solved.push_back(i);
+        radius[i] = bodies.props[i].is_static() ? 0.0 : bodies.props[i].bounding_radius;
+    }
+}
+
+void Prediction::move_others(const Bodies& bodies, Workers* workers) {
+    const auto move = [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            if (is_solved[i] == 0) {
+                pose[i] = free_motion(bodies.props[i], bodies.pose[i], velocity[i], gravity, h);
+            }
+        }
+    };
+    share(workers, bodies.props.size(), move, least_shared);
+}
+
+void Prediction::update(const Bodies& bodies, Workers* workers) {
+    const auto move = [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            const std::size_t i = solved[k];
+            pose[i] = free_motion(bodies.props[i], bodies.pose[i], velocity[i], gravity, h);
+            placed[i] = PlacedBody(pose[i]);
+            const Mat3 turn = (pose[i].orientation * bodies.pose[i].orientation.conjugate()).toRotationMatrix();
+            const Vec3& position = pose[i].position;
+            rows[i] = {{turn(0, 0), turn(0, 1), turn(0, 2), turn(1, 0), turn(1, 1), turn(1, 2), turn(2, 0), turn(2, 1),
+                        turn(2, 2), position.x(), position.y(), position.z()}};
+        }
+    };
+    share(workers, solved.size(), move, least_shared);
+}
+
+} // namespace sim

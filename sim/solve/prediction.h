@@ -1,0 +1,28 @@
+#pragma once
+/// The bodies of a solve: their velocities after its impulses, and where these take them (eq. 7).
+#include "sim/block/blocks.h"
+
+namespace sim {
+
+/// Arrays of [body_count], kept between steps.
+struct Prediction {
+    std::vector<Velocity> velocity;  ///< at t0 after the impulses
+    std::vector<Pose> pose;          ///< at t0 + h
+    std::vector<PlacedBody> placed;  ///< the same of the solved bodies, with rotation matrices
+    std::vector<BodyRows> rows;      ///< and for the kernels
+    std::vector<double> radius;      ///< of the solved bodies around their centres of mass [m]; static: 0
+    std::vector<std::size_t> solved; ///< bodies in contacts or joints; the others move freely
+    std::vector<char> is_solved;     ///< is it one of them?
+    Vec3 gravity = Vec3::Zero();     ///< [m/s^2]
+    double h = 0.0;                  ///< [s]
+
+    /// No body is solved yet; velocities are those of `bodies`.
+    void begin(const Bodies& bodies, const Vec3& gravity_of_scene, double interval);
+    void add(const Bodies& bodies, int body);
+    /// Once they are added: where the others move.
+    void move_others(const Bodies& bodies, Workers* workers);
+    /// Where the solved bodies move with the present velocities.
+    void update(const Bodies& bodies, Workers* workers);
+};
+
+} // namespace sim

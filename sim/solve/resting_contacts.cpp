@@ -1,0 +1,236 @@
+#include "sim/solve/resting_contacts.h"
+
+#include "sim/solve/time_of_impact.h"
+
+#include <algorithm>
+
+namespace sim {
+namespace {
+
+static_assert(offsetof(ContactMemory, slip) - offsetof(ContactMemory, p_n) == 8 * sizeof(double) &&
+                  offsetof(ContactMemory, mark) - offsetof(ContactMemory, p_n) == 15 * sizeof(double),
+              "rest_kernel.cpp reads and writes two rows");
+
+/// What stands for a contact in lanes that have none.
+ContactMemory no_memory;
+
+} // namespace
+
+void RestingContacts::begin(const Bodies& bodies, std::vector<PairContacts>& pairs, const StepSettings& settings,
+                            const RestRules& rules, Prediction& to) {
+    settings_ = settings;
+    rules_ = rules;
+    before_ = bodies.velocity.front().v.data();
+    end_ = to.rows.data();
+    has_two_coefficients_ = false;
+    has_all_ = true;
+    loop.clear();
+    take_all(bodies, pairs);
+    start(bodies, pairs, 0, to);
+}
+
+void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
+                                 std::span<const Velocity> at_node, Prediction& to) {
+    const std::size_t first_block = loop.blocks.size();
+    std::vector<BlockContact> taken;
+    for (const int index : added) {
+        const PairContacts& pair = pairs[static_cast<std::size_t>(index)];
+        to.add(bodies, pair.manifold.body_a);
+        to.add(bodies, pair.manifold.body_b);
+        taken.resize(pair.manifold.contacts.size());
+        taken.resize(take(bodies, pair, taken.data()));
+        has_all_ = has_all_ && taken.size() == pair.manifold.contacts.size();
+        has_two_coefficients_ = has_two_coefficients_ || pair.material.mu_s != pair.material.mu_d;
+        const std::size_t first = loop.contacts.size();
+        const std::size_t place = loop.blocks.size();
+        loop.contacts.insert(loop.contacts.end(), taken.begin(), taken.end());
+        loop.blocks.resize(place + block_count(taken));
+        loop.split(place, first, loop.contacts.size(), block_like(pair, index));
+    }
+    start(bodies, pairs, first_block, to);
+    find_late_impacts(pairs, first_block, at_node);
+}
+
+void RestingContacts::drop(const Bodies& bodies, int pair, Prediction& to) {
+    has_all_ = false;
+    for (Block& block : loop.blocks) {
+        if (block.count > 0 && block.pair == pair) {
+            const BlockBatch& batch = loop.batch_of(block);
+            for (int k = batch.first; k < batch.first + batch.count; ++k) {
+                rest_points[static_cast<std::size_t>(k)].memory[Blocks::lane_of(block)] = &no_memory.p_n;
+            }
+            loop.drop(block, bodies, to.velocity);
+        }
+    }
+}
+
+/// The contacts of a pair that the solve holds, all but the impacts that are waited for; returns their number.
+std::size_t RestingContacts::take(const Bodies& bodies, const PairContacts& pair, BlockContact* to) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
+        const Contact& contact = pair.manifold.contacts[i];
+        if (settings_.impacts != ImpactHandling::stop || !is_impact(bodies, pair.manifold, contact, settings_)) {
+            to[count++] = {&contact, static_cast<int>(i)};
+        }
+    }
+    return count;
+}
+
+/// Blocks and contacts of all pairs.
+void RestingContacts::take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+    struct Size {
+        std::size_t blocks = 0;
+        std::size_t contacts = 0;
+    };
+    std::vector<Size> end(pairs.size() + 1); // before each pair, and at the end
+    loop.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+        std::vector<BlockContact> taken;
+        for (std::size_t i = first; i < last; ++i) {
+            end[i + 1] = {pairs[i].blocks, pairs[i].manifold.contacts.size()};
+            if (settings_.impacts == ImpactHandling::stop) {
+                taken.resize(pairs[i].manifold.contacts.size());
+                taken.resize(take(bodies, pairs[i], taken.data()));
+                end[i + 1] = {block_count(taken), taken.size()};
+            }
+        }
+    });
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        has_all_ = has_all_ && end[i + 1].contacts == pairs[i].manifold.contacts.size();
+        has_two_coefficients_ = has_two_coefficients_ || pairs[i].material.mu_s != pairs[i].material.mu_d;
+        end[i + 1].blocks += end[i].blocks;
+        end[i + 1].contacts += end[i].contacts;
+    }
+    loop.blocks.resize(end.back().blocks);
+    loop.contacts.resize(end.back().contacts);
+    loop.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            take(bodies, pairs[i], loop.contacts.data() + end[i].contacts);
+            loop.split(end[i].blocks, end[i].contacts, end[i + 1].contacts, block_like(pairs[i], static_cast<int>(i)));
+        }
+    });
+}
+
+/// Batches of the blocks from `first_block` on, and what their contacts start from.
+void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block,
+                            Prediction& to) {
+    if (first_block == loop.blocks.size()) {
+        return;
+    }
+    const std::size_t first_batch = loop.batches.size();
+    loop.arrange(bodies, first_block, bodies.velocity);
+    rest_points.resize(loop.points.size());
+    rest_blocks.resize(loop.batches.size());
+    loop.share(loop.batches.size() - first_batch, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first_batch + first; i < first_batch + last; ++i) {
+            start_batch(bodies, pairs, i, to);
+        }
+    });
+    for (std::size_t i = first_block; has_two_coefficients_ && i < loop.blocks.size(); ++i) {
+        Block& block = loop.blocks[i];
+        set_mark(block, loop.batch_of(block).sticking.x[Blocks::lane_of(block)] > 0.5);
+    }
+    loop.share_colours([&](std::size_t first, std::size_t last) { work(RestPhase::apply, first, last, to.velocity); },
+                        first_batch);
+}
+
+void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i, Prediction& to) {
+    const BlockBatch& batch = loop.batches[i];
+    RestBlock& rest = rest_blocks[i];
+    rest.plain = rest.edges = rest.hit = 0;
+    for (int k = batch.first; k < batch.first + batch.count; ++k) {
+        RestPoint& point = rest_points[static_cast<std::size_t>(k)];
+        std::fill_n(point.memory, lane_count, &no_memory.p_n);
+        point.edges = 0;
+    }
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        if (batch.block[lane] >= 0) {
+            const Block& block = loop.blocks[static_cast<std::size_t>(batch.block[lane])];
+            start_lane(bodies, pairs[static_cast<std::size_t>(block.pair)], i, lane);
+        }
+    }
+    work(RestPhase::start, i, i + 1, to.velocity);
+}
+
+/// Where the contacts of a lane are remembered, and how they are measured.
+void RestingContacts::start_lane(const Bodies& bodies, PairContacts& pair, std::size_t i, std::size_t lane) {
+    const BlockBatch& batch = loop.batches[i];
+    RestBlock& rest = rest_blocks[i];
+    const unsigned bit = 1u << lane;
+    const std::span<const BlockContact> own =
+        loop.contacts_of(loop.blocks[static_cast<std::size_t>(batch.block[lane])]);
+    const ContactFeature& first = own.front().contact->feature;
+    const ContactFeature& edges = own.back().contact->feature; // the last by its id, if there are any
+    const bool has_edges = edges.kind == FeatureKind::edges;
+    const bool is_flat = (batch.flat & bit) != 0;
+    bool is_plain = is_flat || own.size() == 1;
+    for (std::size_t k = 0; k < own.size(); ++k) {
+        rest_points[static_cast<std::size_t>(batch.first) + k].memory[lane] =
+            &pair.memory[static_cast<std::size_t>(own[k].index)].p_n;
+        const ContactFeature& feature = own[k].contact->feature;
+        const bool is_on_face = is_flat && feature.kind == first.kind && !is_curved(feature);
+        is_plain = is_plain && (is_on_face || (has_edges && k + 1 == own.size()));
+    }
+    rest.plain |= is_plain ? bit : 0u;
+    if (!is_plain || !has_edges) {
+        return;
+    }
+    rest.edges |= bit;
+    rest_points[static_cast<std::size_t>(batch.first) + own.size() - 1].edges |= bit;
+    const auto a = static_cast<std::size_t>(batch.a[lane]);
+    const auto b = static_cast<std::size_t>(batch.b[lane]);
+    rest.reach.x[lane] = wander_share * std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
+    const Vec3 edge_a = bodies.pose[a].orientation * (edges.side * edges.direction_a);
+    const Vec3 edge_b = bodies.pose[b].orientation * edges.direction_b;
+    for (int axis = 0; axis < 3; ++axis) {
+        rest.edge_a[axis].x[lane] = edge_a[axis];
+        rest.edge_b[axis].x[lane] = edge_b[axis];
+    }
+}
+
+void RestingContacts::find_late_impacts(const std::vector<PairContacts>& pairs, std::size_t first_block,
+                                      std::span<const Velocity> at_node) {
+    const double threshold = resting_threshold(settings_);
+    for (std::size_t i = first_block; i < loop.blocks.size(); ++i) {
+        const Block& block = loop.blocks[i];
+        const BlockBatch& batch = loop.batch_of(block);
+        const std::size_t lane = Blocks::lane_of(block);
+        const Vec6 twist = LaneFrame(batch, lane).relative_twist(at_node);
+        const std::vector<ContactMemory>& memory = pairs[static_cast<std::size_t>(block.pair)].memory;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
+            const auto at = static_cast<std::size_t>(batch.first) + k;
+            const int index = loop.contacts[static_cast<std::size_t>(block.first) + k].index;
+            const bool is_new = memory[static_cast<std::size_t>(index)].last_interval == 0.0;
+            if (is_new && -LanePoint(loop.points[at], lane).normal_velocity(twist) > threshold) {
+                rest_points[at].ahead |= 1u << lane;
+                rest_points[at].closing |= 1u << lane;
+            }
+        }
+    }
+}
+
+double RestingContacts::work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity,
+                             const unsigned* only) {
+    return work_on_rest({.phase = phase,
+                         .batches = loop.batches.data() + first,
+                         .batch_count = last - first,
+                         .blocks = rest_blocks.data() + first,
+                         .points = loop.points.data(),
+                         .rest = rest_points.data(),
+                         .end = end_,
+                         .before = before_,
+                         .velocity = velocity.front().v.data(),
+                         .only = only,
+                         .rules = &rules_});
+}
+
+void RestingContacts::scale(double share) {
+    for (BatchPoint& point : loop.points) {
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            point.p_n.x[lane] *= share;
+            point.p_t[0].x[lane] *= share;
+            point.p_t[1].x[lane] *= share;
+        }
+    }
+}
+
+} // namespace sim

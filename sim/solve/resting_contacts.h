@@ -1,0 +1,74 @@
+#pragma once
+/// Resting contacts in the batches of a solve: taken from their pairs, started from what these remember, and stored there
+/// again. gap_measure.h measures them at the predicted poses; contact_store.cpp has what they hand to the next interval.
+#include "sim/model/scene_def.h"
+#include "sim/solve/contact_memory.h"
+#include "sim/solve/prediction.h"
+#include "sim/solve/rest_batch.h"
+
+namespace sim {
+
+/// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
+/// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
+/// then; the check after the move sees what that leaves.
+inline constexpr double wander_share = 0.02;
+
+/// Keeps its arrays between steps.
+class RestingContacts {
+public:
+    Blocks loop;
+    std::vector<RestPoint> rest_points; ///< [loop.points]
+    std::vector<RestBlock> rest_blocks; ///< [loop.batches]
+
+    /// Takes the contacts of all pairs at the poses of `bodies`; the bodies of `to` get the impulses that they start from.
+    /// `pairs` and what they hold stay where they are until store(), but for pairs that are added, or dropped.
+    void begin(const Bodies& bodies, std::vector<PairContacts>& pairs, const StepSettings& settings, const RestRules& rules,
+               Prediction& to);
+
+    /// Adds the contacts of the pairs `added`. at_node [body_count]: velocities at t0, after its collisions; a contact that
+    /// approaches faster than the resting threshold even so was not there to collide, and counts as placed before its
+    /// impact.
+    void add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
+             std::span<const Velocity> at_node, Prediction& to);
+
+    /// Takes the contacts of a pair and their impulses out again: other features face each other.
+    void drop(const Bodies& bodies, int pair, Prediction& to);
+
+    /// Takes so much [-] of all impulses.
+    void scale(double share);
+
+    /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
+    bool update_marks(const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);
+
+    /// Stores impulses, marks and leftover slip in the pairs' memory.
+    void store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity);
+
+    /// Once they are stored: gives the bodies what acts before t0 of the impulses.
+    void apply_half_kicks(std::span<Velocity> velocity);
+
+    /// One phase for batches first..last; only [last - first]: of these lanes. Returns what work_on_rest() does.
+    double work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity,
+                const unsigned* only = nullptr);
+
+private:
+    std::size_t take(const Bodies& bodies, const PairContacts& pair, BlockContact* to) const;
+    void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    void start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to);
+    void start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i, Prediction& to);
+    void start_lane(const Bodies& bodies, PairContacts& pair, std::size_t i, std::size_t lane);
+    void find_late_impacts(const std::vector<PairContacts>& pairs, std::size_t first_block,
+                           std::span<const Velocity> at_node);
+    void set_mark(Block& block, bool sticks);
+    bool update_mark(const std::vector<PairContacts>& pairs, Block& block, std::span<const Velocity> velocity);
+    void find_hit_bodies(const Bodies& bodies);
+
+    StepSettings settings_;
+    RestRules rules_;
+    const double* before_ = nullptr;    ///< bodies.velocity
+    const BodyRows* end_ = nullptr;     ///< predicted
+    bool has_two_coefficients_ = false; ///< mu_s and mu_d differ somewhere
+    bool has_all_ = true;               ///< no contact was left out or dropped
+    std::vector<char> is_hit_;          ///< [body_count] by a speculative impact
+};
+
+} // namespace sim

@@ -1,0 +1,156 @@
+#include "sim/world/contact_search.h"
+
+#include "sim/collide/narrow_phase.h"
+
+#include <algorithm>
+
+namespace sim {
+namespace {
+
+/// A contact whose features changed is taken for the one that was within this share [-] of the body's size.
+constexpr double match_reach = 1e-2;
+
+std::uint64_t id_of(const Contact& contact) {
+    return contact.feature.id;
+}
+
+BodyPair bodies_of(const PairContacts& pair) {
+    return {pair.manifold.body_a, pair.manifold.body_b};
+}
+
+/// Before the contacts of a pair are found anew: where they are, for those whose features change.
+void keep_cores(PairContacts& pair) {
+    for (std::size_t i = 0; i < std::min(pair.memory.size(), pair.manifold.contacts.size()); ++i) {
+        pair.memory[i].core_a = pair.manifold.contacts[i].feature.core_a;
+    }
+}
+
+void begin_pair(PairContacts& pair, const BodyPair& of, const Bodies& bodies) {
+    pair.manifold.body_a = of.a;
+    pair.manifold.body_b = of.b;
+    pair.material = pair_material(bodies.props[static_cast<std::size_t>(of.a)], bodies.props[static_cast<std::size_t>(of.b)]);
+}
+
+} // namespace
+
+ContactSearch::ContactSearch(const Bodies& bodies, std::size_t count, const StepSettings& settings,
+                             std::vector<BodyPair> jointed, Workers& workers)
+    : candidates(bodies, count, settings, std::move(jointed)), distances(bodies, count, settings, workers),
+      bodies_(bodies), workers_(workers) {}
+
+/// How far a contact may have moved on its bodies and still be the same one [m].
+double ContactSearch::reach_of(const BodyPair& pair) const {
+    return match_reach * std::min(bodies_.props[static_cast<std::size_t>(pair.a)].bounding_radius,
+                                  bodies_.props[static_cast<std::size_t>(pair.b)].bounding_radius);
+}
+
+std::size_t ContactSearch::index_of(const BodyPair& pair) const {
+    const auto sorted_end = pairs.begin() + static_cast<std::ptrdiff_t>(sorted_pairs_);
+    const auto place = std::ranges::lower_bound(pairs.begin(), sorted_end, pair, {}, bodies_of);
+    if (place != sorted_end && bodies_of(*place) == pair) {
+        return static_cast<std::size_t>(place - pairs.begin());
+    }
+    const auto added = std::ranges::find(sorted_end, pairs.end(), pair, bodies_of);
+    return static_cast<std::size_t>(added - pairs.begin());
+}
+
+void ContactSearch::find() {
+    near_ = distances.find_near(candidates);
+    if (sorted_pairs_ < pairs.size()) {
+        std::ranges::sort(pairs, {}, bodies_of);
+    }
+    std::vector<PairContacts> found(near_.size());
+    const auto find_some = [&](std::size_t first, std::size_t last) {
+        take_known(first, last, found);
+        std::vector<Contact> contacts;
+        for (std::size_t i = first; i < last; ++i) {
+            if (i + prefetch_pairs < last) {
+                const PairContacts& pair = found[i + prefetch_pairs];
+                prefetch(pair.memory.data(), pair.memory.size() * sizeof(ContactMemory));
+                prefetch(pair.manifold.contacts.data(), pair.manifold.contacts.size() * sizeof(Contact));
+            }
+            find_contacts_of(near_[i], contacts, found[i]);
+        }
+    };
+    workers_.run(near_.size(), find_some, least_shared);
+    std::erase_if(found, [](const PairContacts& pair) { return pair.manifold.contacts.empty(); });
+    pairs = std::move(found);
+    sorted_pairs_ = pairs.size();
+    replaced_.clear();
+}
+
+/// What the last step remembers of the near pairs first..last goes from `pairs` to `found` [near]; nothing where it
+/// remembers nothing.
+void ContactSearch::take_known(std::size_t first, std::size_t last, std::vector<PairContacts>& found) {
+    auto pair = std::ranges::lower_bound(pairs, candidates.all()[near_[first].candidate].bodies, {}, bodies_of);
+    for (std::size_t i = first; i < last; ++i) {
+        const BodyPair& candidate = candidates.all()[near_[i].candidate].bodies;
+        while (pair != pairs.end() && bodies_of(*pair) < candidate) {
+            ++pair;
+        }
+        if (pair != pairs.end() && bodies_of(*pair) == candidate) {
+            found[i] = std::move(*pair++);
+        }
+    }
+}
+
+/// Contacts of one pair at the present poses; pair: what the last step remembers of it. contacts: memory.
+void ContactSearch::find_contacts_of(const PairDistances::Near& near, std::vector<Contact>& contacts, PairContacts& pair) {
+    const Candidate& candidate = candidates.all()[near.candidate];
+    const auto a = static_cast<std::size_t>(candidate.bodies.a);
+    const auto b = static_cast<std::size_t>(candidate.bodies.b);
+    const Shape& shape_a = bodies_.props[a].shape;
+    const Shape& shape_b = bodies_.props[b].shape;
+    contacts.clear();
+    if (distances.are_boxes(candidate.bodies)) {
+        find_box_contacts(std::get<Box>(shape_a), bodies_.pose[a], std::get<Box>(shape_b), bodies_.pose[b],
+                          distances.axes(candidate.slot), near.margin, contacts);
+    } else {
+        find_contacts(shape_a, bodies_.pose[a], shape_b, bodies_.pose[b], near.margin, contacts);
+        if (contacts.empty()) {
+            distances.set_apart(candidate);
+        }
+    }
+    if (pair.manifold.contacts.empty()) {
+        begin_pair(pair, candidate.bodies, bodies_);
+    }
+    const bool same_features = std::ranges::equal(contacts, pair.memory, {}, id_of, &ContactMemory::id);
+    if (!same_features) {
+        keep_cores(pair);
+    }
+    pair.manifold.contacts.assign(contacts.begin(), contacts.end());
+    if (contacts.empty()) {
+        return;
+    }
+    if (same_features) {
+        pair.blocks = block_count(pair.manifold.contacts);
+    } else {
+        match_memory(pair, reach_of(candidate.bodies));
+    }
+    sum_up(pair);
+}
+
+std::size_t ContactSearch::put(const BodyPair& of, const std::vector<Contact>& contacts) {
+    const std::size_t index = index_of(of);
+    if (index == pairs.size()) {
+        begin_pair(pairs.emplace_back(), of, bodies_);
+    } else if (index < sorted_pairs_ && std::ranges::find(replaced_, index, &decltype(replaced_)::value_type::first) == replaced_.end()) {
+        replaced_.emplace_back(index, pairs[index]);
+    }
+    PairContacts& pair = pairs[index];
+    keep_cores(pair);
+    pair.manifold.contacts = contacts;
+    match_memory(pair, reach_of(of));
+    return index;
+}
+
+/// Contacts found at the end of one interval tell nothing about a shorter one, within which the bodies need not get there.
+void ContactSearch::put_back() {
+    for (auto& [index, pair] : replaced_) {
+        pairs[index] = std::move(pair);
+    }
+    replaced_.clear();
+    pairs.resize(sorted_pairs_);
+}
+
+} // namespace sim

@@ -1,0 +1,159 @@
+#include "sim/world/pair_distances.h"
+
+#include "sim/collide/narrow_phase.h"
+
+#include <algorithm>
+#include <variant>
+
+namespace sim {
+namespace {
+
+/// Pairs are looked at again in a later round of repair where a body moved by more than this share [-] of the
+/// tolerance.
+constexpr double recheck_share = 0.02;
+
+constexpr double is_far = -1.0; ///< for a margin
+
+} // namespace
+
+PairDistances::PairDistances(const Bodies& bodies, std::size_t count, const StepSettings& settings, Workers& workers)
+    : bodies_(bodies), settings_(settings), count_(count), workers_(workers), box_rows_(count), box_pose_(count),
+      checked_pose_(count), moved_(count) {
+    for (std::size_t i = 0; i < count; ++i) {
+        is_box_.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
+    }
+}
+
+/// Where the bodies of the candidates that are boxes stand, at `poses`; is_moved(i): has body i moved since its pairs were
+/// looked at?
+template <typename F>
+void PairDistances::place(const Candidates& candidates, std::span<const Pose> poses, F&& is_moved) {
+    axes_.resize(candidates.slot_count());
+    separations_.resize(candidates.slot_count());
+    penetration_.resize(candidates.slot_count());
+    const std::span<const std::size_t> members = candidates.bodies();
+    const auto place_some = [&](std::size_t first, std::size_t last) {
+        for (const std::size_t i : members.subspan(first, last - first)) {
+            moved_[i] = is_moved(i);
+            if (is_box_[i] == 0) {
+                continue;
+            }
+            const Mat3 rotation = poses[i].orientation.toRotationMatrix();
+            const Vec3& half = std::get<Box>(bodies_.props[i].shape).half_extents;
+            std::copy_n(rotation.data(), 9, box_rows_[i].axes);
+            std::copy_n(poses[i].position.data(), 3, box_rows_[i].centre);
+            std::copy_n(half.data(), 3, box_rows_[i].half);
+            if (moved_[i] != 0) {
+                box_pose_[i] = poses[i]; // all axes of body i are of this pose
+            }
+        }
+    };
+    workers_.run(members.size(), place_some, least_shared);
+}
+
+bool PairDistances::has_moved(const Candidate& candidate) const {
+    const auto [a, b] = candidate.bodies;
+    return candidate.is_new || moved_[static_cast<std::size_t>(a)] != 0 || moved_[static_cast<std::size_t>(b)] != 0;
+}
+
+/// Separating axes of the pairs of boxes among these candidates that have moved.
+void PairDistances::update_axes(std::span<const Candidate> candidates) {
+    std::vector<int> a;
+    std::vector<int> b;
+    std::vector<int> result;
+    for (const Candidate& candidate : candidates) {
+        if (are_boxes(candidate.bodies) && has_moved(candidate)) {
+            a.push_back(candidate.bodies.a);
+            b.push_back(candidate.bodies.b);
+            result.push_back(static_cast<int>(candidate.slot));
+        }
+    }
+    find_axes({box_rows_.data(), a.data(), b.data(), result.data(), a.size(), axes_.data()});
+}
+
+/// A lower bound of the distance of two bodies, no boxes, at these poses, by what the last look found [m].
+double PairDistances::least_separation(const Candidate& candidate, std::span<const Pose> poses) {
+    Separation& found = separations_[candidate.slot];
+    if (candidate.is_new) {
+        found = {};
+    }
+    const auto a = static_cast<std::size_t>(candidate.bodies.a);
+    const auto b = static_cast<std::size_t>(candidate.bodies.b);
+    return found.distance < 0.0 ? found.distance
+                                : found.distance - moved_by(bodies_.props[a], found.a, poses[a], Vec3::Zero()) -
+                                      moved_by(bodies_.props[b], found.b, poses[b], Vec3::Zero());
+}
+
+void PairDistances::set_apart(const Candidate& candidate) {
+    const Pose& a = bodies_.pose[static_cast<std::size_t>(candidate.bodies.a)];
+    const Pose& b = bodies_.pose[static_cast<std::size_t>(candidate.bodies.b)];
+    const Shape& shape_a = bodies_.props[static_cast<std::size_t>(candidate.bodies.a)].shape;
+    const Shape& shape_b = bodies_.props[static_cast<std::size_t>(candidate.bodies.b)].shape;
+    separations_[candidate.slot] = {separation(shape_a, a, shape_b, b), a, b};
+}
+
+/// Of a pair at the present poses; see Near.
+double PairDistances::margin(const Candidates& candidates, const Candidate& candidate) {
+    const BodyPair& pair = candidate.bodies;
+    const double apart =
+        are_boxes(pair) ? axes_[candidate.slot].separation() : least_separation(candidate, bodies_.pose);
+    // Most are farther than they can get, which is told without their velocities.
+    const double found = apart > candidates.farthest(pair) ? is_far : candidates.margin_of(pair);
+    return apart > found ? is_far : found;
+}
+
+const std::vector<PairDistances::Near>& PairDistances::find_near(Candidates& candidates) {
+    place(candidates, bodies_.pose, [&](std::size_t i) {
+        return is_box_[i] != 0 && (box_pose_[i].position != bodies_.pose[i].position ||
+                                   box_pose_[i].orientation.coeffs() != bodies_.pose[i].orientation.coeffs());
+    });
+    const std::span<Candidate> all = candidates.all();
+    margin_.resize(all.size());
+    const auto find = [&](std::size_t first, std::size_t last) {
+        update_axes(all.subspan(first, last - first));
+        for (std::size_t k = first; k < last; ++k) {
+            margin_[k] = margin(candidates, all[k]);
+            all[k].is_new = false;
+        }
+    };
+    workers_.run(all.size(), find, least_shared);
+    near_.clear();
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        if (margin_[k] != is_far) {
+            near_.push_back({k, margin_[k]});
+        }
+    }
+    return near_;
+}
+
+void PairDistances::check(Candidates& candidates, std::span<const Pose> planned, bool is_first) {
+    place(candidates, planned, [&](std::size_t i) {
+        const bool is_moved =
+            is_first || moved_by(bodies_.props[i], checked_pose_[i], planned[i], Vec3::Zero()) > recheck_share * settings_.tolerance;
+        if (is_moved) {
+            checked_pose_[i] = planned[i];
+        }
+        return is_moved;
+    });
+    const std::span<Candidate> all = candidates.all();
+    const auto check_some = [&](std::size_t first, std::size_t last) {
+        update_axes(all.subspan(first, last - first));
+        for (Candidate& candidate : all.subspan(first, last - first)) {
+            const auto a = static_cast<std::size_t>(candidate.bodies.a);
+            const auto b = static_cast<std::size_t>(candidate.bodies.b);
+            double& depth = penetration_[candidate.slot];
+            if (are_boxes(candidate.bodies)) {
+                depth = -axes_[candidate.slot].separation();
+            } else if (has_moved(candidate)) {
+                depth = -least_separation(candidate, planned);
+                if (depth >= 0.0) {
+                    depth = -separation(bodies_.props[a].shape, planned[a], bodies_.props[b].shape, planned[b]);
+                }
+            }
+            candidate.is_new = false;
+        }
+    };
+    workers_.run(all.size(), check_some, least_shared);
+}
+
+} // namespace sim

@@ -1,0 +1,118 @@
+#include "sim/world/repair.h"
+
+#include "sim/collide/narrow_phase.h"
+#include "sim/model/integrate.h"
+#include "sim/solve/time_of_impact.h"
+
+#include <algorithm>
+
+namespace sim {
+namespace {
+
+/// Halvings of the bracket of a time of touch: to rounding.
+constexpr int bisections = 60;
+
+/// A contact found at the planned poses, as it is at t0: the same material points and the same normal. The
+/// impulse acts at t0, but along the normal that the bodies will have where they meet.
+ContactGeometry moved_back(const ContactGeometry& at, const Pose& planned_a, const Pose& planned_b, const Pose& a,
+                           const Pose& b) {
+    ContactGeometry before;
+    before.n = at.n;
+    before.a = a * (planned_a.orientation.conjugate() * (at.a - planned_a.position));
+    before.b = b * (planned_b.orientation.conjugate() * (at.b - planned_b.position));
+    before.gap = at.n.dot(before.a - before.b);
+    return before;
+}
+
+} // namespace
+
+void Repair::begin(double interval, bool stops_at_impacts) {
+    search_.put_back();
+    interval_ = interval;
+    stops_at_impacts_ = stops_at_impacts;
+    is_first_ = true;
+}
+
+/// Is this pair, which will overlap, an impact that is waited for?
+bool Repair::is_left(const BodyPair& pair) const {
+    const auto a = static_cast<std::size_t>(pair.a);
+    const auto b = static_cast<std::size_t>(pair.b);
+    return stops_at_impacts_ && separation(bodies_.props[a].shape, bodies_.pose[a], bodies_.props[b].shape,
+                                           bodies_.pose[b]) > touch_gap(settings_);
+}
+
+/// As they are at the planned poses.
+std::vector<Contact> Repair::contacts_of(const BodyPair& pair) const {
+    const auto a = static_cast<std::size_t>(pair.a);
+    const auto b = static_cast<std::size_t>(pair.b);
+    const std::span<const Pose> planned = solver_.predicted();
+    std::vector<Contact> contacts;
+    find_contacts(bodies_.props[a].shape, planned[a], bodies_.props[b].shape, planned[b], 0.0, contacts);
+    for (Contact& contact : contacts) {
+        contact.at = moved_back(contact.at, planned[a], planned[b], bodies_.pose[a], bodies_.pose[b]);
+    }
+    return contacts;
+}
+
+int Repair::repair(std::span<const Velocity> at_node) {
+    search_.candidates.find_thrown(solver_.solved_bodies(), solver_.predicted(), interval_);
+    search_.distances.check(search_.candidates, solver_.predicted(), std::exchange(is_first_, false));
+    verified_penetration = 0.0;
+    meeting_.clear();
+    int repaired = 0;
+    std::vector<int> changed; // pairs whose contacts go into the solve
+    std::vector<int> added;
+    for (const Candidate& candidate : search_.candidates.all()) {
+        const double depth = search_.distances.penetration(candidate.slot);
+        verified_penetration = std::max(verified_penetration, depth);
+        if (depth <= settings_.tolerance) {
+            continue;
+        }
+        if (is_left(candidate.bodies)) {
+            meeting_.push_back(candidate.bodies);
+            continue;
+        }
+        ++repaired;
+        const std::vector<Contact> contacts = contacts_of(candidate.bodies);
+        const std::size_t index = search_.index_of(candidate.bodies);
+        const bool is_known = index < search_.pairs.size();
+        if (is_known && contacts.empty()) {
+            continue;
+        }
+        if (is_known) {
+            solver_.drop_contacts(bodies_, static_cast<int>(index));
+        }
+        (is_known ? changed : added).push_back(static_cast<int>(search_.put(candidate.bodies, contacts)));
+    }
+    changed.insert(changed.end(), added.begin(), added.end());
+    solver_.add_contacts(bodies_, search_.pairs, changed, at_node);
+    return repaired;
+}
+
+std::optional<double> Repair::overlap_time() const {
+    std::optional<double> earliest;
+    const std::span<const Velocity> velocity = solver_.velocity();
+    for (const BodyPair& pair : meeting_) {
+        const auto a = static_cast<std::size_t>(pair.a);
+        const auto b = static_cast<std::size_t>(pair.b);
+        const auto separation_at = [&](double t) {
+            return separation(bodies_.props[a].shape,
+                              free_motion(bodies_.props[a], bodies_.pose[a], velocity[a], settings_.gravity, t),
+                              bodies_.props[b].shape,
+                              free_motion(bodies_.props[b], bodies_.pose[b], velocity[b], settings_.gravity, t));
+        };
+        double early = 0.0;
+        double late = earliest.value_or(interval_);
+        if (separation_at(late) >= 0.0) {
+            continue;
+        }
+        for (int i = 0; i < bisections; ++i) {
+            const double middle = 0.5 * (early + late);
+            (separation_at(middle) >= 0.0 ? early : late) = middle;
+        }
+        earliest = early;
+    }
+    return earliest;
+}
+
+} // namespace sim

@@ -1,0 +1,45 @@
+#pragma once
+/// The poses that a solve plans, checked by the bodies' shapes and not by its contacts; and contacts for those that would
+/// overlap.
+#include "sim/solve/contact_solver.h"
+#include "sim/world/contact_search.h"
+
+#include <optional>
+
+namespace sim {
+
+class Repair {
+public:
+    /// All of them stay where they are.
+    Repair(const Bodies& bodies, const StepSettings& settings, ContactSearch& search, ContactSolver& solver)
+        : bodies_(bodies), settings_(settings), search_(search), solver_(solver) {}
+
+    /// Before the first round of a plan over `interval` [s]. stops_at_impacts: pairs that are apart now are left to
+    /// overlap_time().
+    void begin(double interval, bool stops_at_impacts);
+
+    /// Gives each pair that would overlap by more than the tolerance the contacts found at the planned poses. at_node
+    /// [body_count]: see RestingContacts::add. Returns the number of pairs repaired.
+    int repair(std::span<const Velocity> at_node);
+
+    double verified_penetration = 0.0; ///< [m] at the planned poses
+
+    bool leaves_overlaps() const { return !meeting_.empty(); }
+    /// When the first of the pairs left touches, the bodies moving freely with the velocities found [s]; just before.
+    std::optional<double> overlap_time() const;
+
+private:
+    bool is_left(const BodyPair& pair) const;
+    std::vector<Contact> contacts_of(const BodyPair& pair) const;
+
+    const Bodies& bodies_;
+    const StepSettings& settings_;
+    ContactSearch& search_;
+    ContactSolver& solver_;
+    double interval_ = 0.0;
+    bool stops_at_impacts_ = false;
+    bool is_first_ = true;          ///< round of this plan
+    std::vector<BodyPair> meeting_; ///< apart now, overlapping at the planned poses
+};
+
+} // namespace sim
