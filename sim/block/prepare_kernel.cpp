@@ -18,6 +18,19 @@ LANES_INLINE Real3 tangent_of(const Real3& n) {
     return (1.0 / sqrt(dot(t, t))) * t;
 }
 
+/// a, b: rows of the bodies. In lanes that are not there nothing moves, and the equations have a solution.
+LANES_INLINE void set_masses(BlockBatch& batch, Mask there, const Real* a, const Real* b) {
+    const Real zero = real(0.0);
+    const Real one = real(1.0);
+    store(batch.inverse_mass_a, select(there, a[3], one));
+    store(batch.inverse_mass_b, select(there, b[3], zero));
+    for (int i = 0; i < 6; ++i) {
+        const bool diagonal = i == 0 || i == 3 || i == 5;
+        store(batch.inverse_inertia_a[i], select(there, a[4 + i], diagonal ? one : zero));
+        store(batch.inverse_inertia_b[i], select(there, b[4 + i], zero));
+    }
+}
+
 /// Masses, centre, frame and points of the blocks of a batch.
 LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, BatchPoint* points) {
     const Real zero = real(0.0);
@@ -64,14 +77,7 @@ LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, 
     store3(batch.frame + 6, n);
     const Twist before = twist_of(preparation.velocity, batch, {t1, t2, n});
     store3(batch.before, {before.u.x, before.u.y, before.w.z});
-    const Mask empty = ~lanes_of(points[0].there); // there nothing moves, and the equations have a solution
-    store(batch.inverse_mass_a, select(empty, one, a[3]));
-    store(batch.inverse_mass_b, select(empty, zero, b[3]));
-    for (int i = 0; i < 6; ++i) {
-        const bool diagonal = i == 0 || i == 3 || i == 5;
-        store(batch.inverse_inertia_a[i], select(empty, diagonal ? one : zero, a[4 + i]));
-        store(batch.inverse_inertia_b[i], select(empty, zero, b[4 + i]));
-    }
+    set_masses(batch, lanes_of(points[0].there), a, b);
     store(batch.sticking, zero);
     store(batch.node_weight, one);
     for (int k = 0; k < batch.count; ++k) {

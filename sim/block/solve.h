@@ -65,6 +65,11 @@ struct Visit {
     void add_friction(const Real* new_1, const Real* new_2);
 };
 
+/// A symmetric 2x2 matrix.
+struct Gram {
+    Real m11, m12, m22;
+};
+
 /// Directions (y, -x) in which the rows of a block's points spread about their centroid, and the inverse of their Gram matrix
 /// m there: as they are where the points span a plane; along the line and across it where they lie on one; none of a point.
 struct RowBasis {
@@ -73,7 +78,8 @@ struct RowBasis {
     Real g11, g12, g22;      ///< of the directions that there are, else 0
 
     /// n: points [-] whose centroid is (cx, cy).
-    LANES_INLINE RowBasis(Real n, Real cx, Real cy, Real m11, Real m12, Real m22) {
+    LANES_INLINE RowBasis(Real n, Real cx, Real cy, const Gram& m) {
+        const auto& [m11, m12, m22] = m;
         const Real trace = m11 + m22;
         const Real extent = n * (cx * cx + cy * cy) + trace;
         spread = trace > (collinear * collinear) * extent;
@@ -154,7 +160,7 @@ LANES_INLINE void fit_impulses(const Visit<N>& v, const Sym3& w, const Real* act
         f1 += active[k] * (excess[k] * r1);
         f2 += active[k] * (excess[k] * r2);
     }
-    const RowBasis basis(n, cx, cy, m11, m12, m22);
+    const RowBasis basis(n, cx, cy, {m11, m12, m22});
     const Real e1 = basis.b11 * f1 + basis.b12 * f2;
     const Real e2 = basis.b21 * f1 + basis.b22 * f2;
     const Real s1 = basis.g11 * e1 + basis.g12 * e2;
@@ -240,6 +246,22 @@ struct SetTrial {
             n += active[k];
         }
     }
+
+    /// One point changes: the first that is the extreme one. Returns the lanes in which none has to.
+    LANES_INLINE Mask exchange(Mask open, Real slack, const Real* found, Real* active) const {
+        const Mask drop_pulling = least < 0.0;
+        const Mask add = ~drop_pulling & (lowest < 0.0);
+        const Mask drop_high = ~drop_pulling & ~add & (n > 2.5) & (miss > slack);
+        Mask changed = ~open;
+        for (int k = 0; k < N; ++k) {
+            const Mask in = active[k] > 0.5;
+            const Mask out = in & ~changed & ((drop_pulling & (found[k] == least)) | (drop_high & (u[k] == highest)));
+            const Mask enter = ~in & ~changed & add & (u[k] == lowest);
+            active[k] = select(out, real(0.0), select(enter, real(1.0), active[k]));
+            changed |= out | enter;
+        }
+        return open & ~drop_pulling & ~add & ~drop_high;
+    }
 };
 
 /// Non-negative normal impulses with velocities at or above their targets (eq. 1-3 for the block).
@@ -279,18 +301,8 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     for (int round = 0; round < set_rounds + N && any(open); ++round) {
         fit_impulses<N>(*this, wn, active, excess, found);
         const SetTrial<N> trial(*this, wn * normal_wrench(found), active, excess, found);
-        const Mask drop_pulling = trial.least < 0.0;
-        const Mask add = ~drop_pulling & (trial.lowest < 0.0);
-        const Mask drop_high = ~drop_pulling & ~add & (trial.n > 2.5) & (trial.miss > slack);
-        const Mask done = open & ~drop_pulling & ~add & ~drop_high;
-        // One point changes a round: the first that is the extreme one.
-        Mask changed = ~open;
+        const Mask done = trial.exchange(open, slack, found, active);
         for (int k = 0; k < N; ++k) {
-            const Mask in = active[k] > 0.5;
-            const Mask out = in & ~changed & ((drop_pulling & (found[k] == trial.least)) | (drop_high & (trial.u[k] == trial.highest)));
-            const Mask enter = ~in & ~changed & add & (trial.u[k] == trial.lowest);
-            active[k] = select(out, zero, select(enter, one, active[k]));
-            changed |= out | enter;
             impulse[k] = select(done, found[k], impulse[k]);
         }
         open &= ~done;

@@ -27,6 +27,8 @@ constexpr double aligned = 1e-6;
 
 /// The frames of two boxes relative to each other.
 struct Frames {
+    const PlacedBox& a;
+    const PlacedBox& b;
     Mat3 axes_a; ///< columns: axes of a in the world
     Mat3 axes_b;
     Vec3 half_a;
@@ -35,8 +37,8 @@ struct Frames {
     Mat3 rotation; ///< axes_a^T axes_b
     Mat3 absolute; ///< |rotation|
 
-    Frames(const PlacedBox& a, const PlacedBox& b)
-        : axes_a(a.world_from_box.orientation.toRotationMatrix()),
+    Frames(const PlacedBox& box_a, const PlacedBox& box_b)
+        : a(box_a), b(box_b), axes_a(a.world_from_box.orientation.toRotationMatrix()),
           axes_b(b.world_from_box.orientation.toRotationMatrix()), half_a(a.box.half_extents),
           half_b(b.box.half_extents), b_to_a(a.world_from_box.position - b.world_from_box.position),
           rotation(axes_a.transpose() * axes_b), absolute(rotation.cwiseAbs()) {}
@@ -110,12 +112,20 @@ struct Polygon {
     const ClipPoint& operator[](int i) const { return points[static_cast<std::size_t>(i)]; }
 };
 
-/// Keeps the part of `polygon` with side * x[axis] <= half, in `spare`'s place where something is cut off; new corners are
-/// marked with the clipping plane. Corners that lie on the plane to within `aligned` count as inside, so that boxes
+/// A face while it is cut by planes, from one polygon into the other.
+struct CutFace {
+    std::array<Polygon, 2> polygons;
+    Polygon* now = &polygons[0];
+    Polygon* spare = &polygons[1];
+
+    void clip(int axis, double side, double half, int plane);
+};
+
+/// Keeps the part with side * x[axis] <= half; new corners are marked with the clipping plane. Corners that lie on the plane to within `aligned` count as inside, so that boxes
 /// exactly on top of each other keep their features.
-void clip(Polygon*& polygon, Polygon*& spare, int axis, double side, double half, int plane) {
+void CutFace::clip(int axis, double side, double half, int plane) {
     const double limit = half * (1.0 + aligned);
-    const Polygon& in = *polygon;
+    const Polygon& in = *now;
     bool inside = true;
     for (int i = 0; i < in.size; ++i) {
         inside = inside && side * in[i].x[axis] <= limit;
@@ -138,7 +148,7 @@ void clip(Polygon*& polygon, Polygon*& spare, int axis, double side, double half
                      dp < 0.0 ? plane : p.edge_out});
         }
     }
-    std::swap(polygon, spare);
+    std::swap(now, spare);
 }
 
 /// The face of the incident box that is most opposed to the reference face, in the frame of the reference box.
@@ -167,71 +177,81 @@ Vec3 in_body(const PlacedBox& box, const Vec3& x) {
     return box.body_from_box.orientation.w() == 1.0 ? Vec3(box.body_from_box.position + x) : box.body_from_box * x;
 }
 
-/// The manifold of one reference face against the other box. `reference_is_a` tells whose face it is.
-void face_contacts(const PlacedBox& reference, const PlacedBox& incident, const Frames& f,
-                   bool reference_is_a, const AxisChoice& axis, double margin, std::uint64_t id_base,
-                   std::vector<Contact>& contacts) {
-    // Outward normal of the reference face: towards the incident box.
-    const double outward = reference_is_a ? -axis.side : axis.side;
-    const Mat3& reference_axes = reference_is_a ? f.axes_a : f.axes_b;
-    const Mat3 rotation = reference_is_a ? f.rotation : Mat3(f.rotation.transpose()); // reference_from_incident
-    const Vec3 offset = reference_axes.transpose() *
-                        (incident.world_from_box.position - reference.world_from_box.position);
-    Vec3 normal = Vec3::Zero();
-    normal[axis.index] = outward;
-    int incident_index = 0;
-    Polygon first = incident_face(incident.box.half_extents, rotation, offset,
-                                  outward * rotation.row(axis.index).transpose(), incident_index);
-    Polygon second;
-    Polygon* polygon = &first;
-    Polygon* spare = &second;
-    const int u = (axis.index + 1) % 3;
-    const int v = (axis.index + 2) % 3;
-    const Vec3& half = reference.box.half_extents;
-    clip(polygon, spare, u, 1.0, half[u], 4);
-    clip(polygon, spare, u, -1.0, half[u], 5);
-    clip(polygon, spare, v, 1.0, half[v], 6);
-    clip(polygon, spare, v, -1.0, half[v], 7);
+/// One face against the other box.
+struct ReferenceFace {
+    const PlacedBox& reference;
+    const PlacedBox& incident;
+    const Mat3& axes;  ///< of the reference box
+    bool is_a;         ///< whose face it is
+    Mat3 rotation;     ///< reference_from_incident
+    Vec3 offset;       ///< of the incident box in the frame of the reference box [m]
+    int axis;
+    double outward;    ///< sign of its normal, towards the incident box
 
-    const std::uint64_t face_id = static_cast<std::uint64_t>(2 * axis.index + (outward > 0.0 ? 0 : 1)) * 6 +
-                                  static_cast<std::uint64_t>(incident_index) + (reference_is_a ? 0u : 36u);
-    const Vec3 world_normal = reference_axes.col(axis.index) * outward;
-    const Vec3 direction = reference.body_from_box.orientation * normal;
-    // In the order of their ids.
-    std::sort(polygon->points.begin(), polygon->points.begin() + polygon->size,
-              [](const ClipPoint& p, const ClipPoint& q) {
-                  return p.edge_in * 8 + p.edge_out < q.edge_in * 8 + q.edge_out;
-              });
-    for (int i = 0; i < polygon->size; ++i) {
-        const ClipPoint& p = (*polygon)[i];
-        const double gap = outward * p.x[axis.index] - half[axis.index];
-        if (gap > margin) {
-            continue;
-        }
-        Vec3 on_face = p.x;
-        on_face[axis.index] = outward * half[axis.index];
-        const Vec3 on_incident = rotation.transpose() * (p.x - offset);
-        Contact& contact = contacts.emplace_back();
-        ContactFeature& feature = contact.feature;
-        feature.id = id_base + face_id * 64 + static_cast<std::uint64_t>(p.edge_in * 8 + p.edge_out);
-        feature.kind = reference_is_a ? FeatureKind::face_a : FeatureKind::face_b;
-        const Vec3 core_reference = in_body(reference, on_face);
-        const Vec3 core_incident = in_body(incident, on_incident);
-        feature.core_a = reference_is_a ? core_reference : core_incident;
-        feature.core_b = reference_is_a ? core_incident : core_reference;
-        (reference_is_a ? feature.direction_a : feature.direction_b) = direction;
-        const Vec3 world_face = reference.world_from_box.position + reference_axes * on_face;
-        const Vec3 world_incident = world_face + gap * world_normal;
-        contact.at.gap = gap;
-        contact.at.n = reference_is_a ? Vec3(-world_normal) : world_normal;
-        contact.at.a = reference_is_a ? world_face : world_incident;
-        contact.at.b = reference_is_a ? world_incident : world_face;
+    ReferenceFace(const Frames& f, bool of_a, const AxisChoice& choice)
+        : reference(of_a ? f.a : f.b), incident(of_a ? f.b : f.a), axes(of_a ? f.axes_a : f.axes_b), is_a(of_a),
+          rotation(of_a ? f.rotation : Mat3(f.rotation.transpose())),
+          offset(axes.transpose() * (incident.world_from_box.position - reference.world_from_box.position)),
+          axis(choice.index), outward(of_a ? -choice.side : choice.side) {}
+
+    Vec3 normal() const { return Vec3(axes.col(axis) * outward); }
+    void add_contact(const ClipPoint& p, std::uint64_t face_id, const ContactList& to) const;
+    void add_contacts(const ContactList& to) const;
+};
+
+/// The contact of a corner of the incident face, if it is near enough.
+void ReferenceFace::add_contact(const ClipPoint& p, std::uint64_t face_id, const ContactList& to) const {
+    const double half = reference.box.half_extents[axis];
+    const double gap = outward * p.x[axis] - half;
+    if (gap > to.margin) {
+        return;
+    }
+    Vec3 on_face = p.x;
+    on_face[axis] = outward * half;
+    const Vec3 on_incident = rotation.transpose() * (p.x - offset);
+    Contact& contact = to.contacts.emplace_back();
+    ContactFeature& feature = contact.feature;
+    feature.id = to.id_base + face_id * 64 + static_cast<std::uint64_t>(p.edge_in * 8 + p.edge_out);
+    feature.kind = is_a ? FeatureKind::face_a : FeatureKind::face_b;
+    const Vec3 core_reference = in_body(reference, on_face);
+    const Vec3 core_incident = in_body(incident, on_incident);
+    feature.core_a = is_a ? core_reference : core_incident;
+    feature.core_b = is_a ? core_incident : core_reference;
+    (is_a ? feature.direction_a : feature.direction_b) = reference.body_from_box.orientation * Vec3(outward * Vec3::Unit(axis));
+    const Vec3 world_face = reference.world_from_box.position + axes * on_face;
+    const Vec3 world_incident = world_face + gap * normal();
+    contact.at.gap = gap;
+    contact.at.n = is_a ? Vec3(-normal()) : normal();
+    contact.at.a = is_a ? world_face : world_incident;
+    contact.at.b = is_a ? world_incident : world_face;
+}
+
+/// Its manifold, in the order of the ids.
+void ReferenceFace::add_contacts(const ContactList& to) const {
+    int incident_index = 0;
+    CutFace face;
+    *face.now = incident_face(incident.box.half_extents, rotation, offset, outward * rotation.row(axis).transpose(),
+                              incident_index);
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    const Vec3& half = reference.box.half_extents;
+    face.clip(u, 1.0, half[u], 4);
+    face.clip(u, -1.0, half[u], 5);
+    face.clip(v, 1.0, half[v], 6);
+    face.clip(v, -1.0, half[v], 7);
+    Polygon& corners = *face.now;
+    std::sort(corners.points.begin(), corners.points.begin() + corners.size, [](const ClipPoint& p, const ClipPoint& q) {
+        return p.edge_in * 8 + p.edge_out < q.edge_in * 8 + q.edge_out;
+    });
+    const std::uint64_t face_id = static_cast<std::uint64_t>(2 * axis + (outward > 0.0 ? 0 : 1)) * 6 +
+                                  static_cast<std::uint64_t>(incident_index) + (is_a ? 0u : 36u);
+    for (int i = 0; i < corners.size; ++i) {
+        add_contact(corners[i], face_id, to);
     }
 }
 
 /// The one contact of two crossing edges.
-void edge_contact(const PlacedBox& a, const PlacedBox& b, const Frames& f, const AxisChoice& axis,
-                  std::uint64_t id_base, std::vector<Contact>& contacts) {
+void edge_contact(const Frames& f, const AxisChoice& axis, const ContactList& to) {
     const int i = axis.index / 3;
     const int j = axis.index % 3;
     Vec3 n = f.axes_a.col(i).cross(f.axes_b.col(j)).normalized() * axis.side;
@@ -255,13 +275,13 @@ void edge_contact(const PlacedBox& a, const PlacedBox& b, const Frames& f, const
     ContactFeature& feature = contact.feature;
     feature.kind = FeatureKind::edges;
     feature.side = axis.side;
-    feature.id = id_base + 72 * 64 + static_cast<std::uint64_t>(axis.index) * 64 + signs;
-    feature.core_a = a.body_from_box * middle_a;
-    feature.core_b = b.body_from_box * middle_b;
-    feature.direction_a = a.body_from_box.orientation * Vec3::Unit(i);
-    feature.direction_b = b.body_from_box.orientation * Vec3::Unit(j);
-    contact.at = contact_geometry(feature, a.world_from_body, b.world_from_body);
-    contacts.push_back(contact);
+    feature.id = to.id_base + 72 * 64 + static_cast<std::uint64_t>(axis.index) * 64 + signs;
+    feature.core_a = f.a.body_from_box * middle_a;
+    feature.core_b = f.b.body_from_box * middle_b;
+    feature.direction_a = f.a.body_from_box.orientation * Vec3::Unit(i);
+    feature.direction_b = f.b.body_from_box.orientation * Vec3::Unit(j);
+    contact.at = contact_geometry(feature, f.a.world_from_body, f.b.world_from_body);
+    to.contacts.push_back(contact);
 }
 
 /// Where a face of either box separates them alike, the normal is the one in the middle: two boxes that lean against
@@ -282,10 +302,10 @@ BoxAxes box_box_axes(const PlacedBox& a, const PlacedBox& b) {
     return {best_face_of_a(f), best_face_of_b(f), best_edges(f)};
 }
 
-void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axes, double margin,
-                      std::uint64_t id_base, std::vector<Contact>& contacts) {
+void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axes, const ContactList& to) {
+    std::vector<Contact>& contacts = to.contacts;
     const auto& [face_a, face_b, edges] = axes;
-    if (axes.separation() > margin) {
+    if (axes.separation() > to.margin) {
         return;
     }
     const Frames f(a, b);
@@ -294,7 +314,7 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axe
     const bool edges_touch = edges.separation > std::max(face_a.separation, face_b.separation) + slack;
     const std::size_t first = contacts.size();
     if (edges_touch) {
-        edge_contact(a, b, f, edges, id_base, contacts);
+        edge_contact(f, edges, to);
         const Vec3 face_normal = reference_is_a ? Vec3(f.axes_a.col(face_a.index) * face_a.side)
                                                 : Vec3(f.axes_b.col(face_b.index) * face_b.side);
         if (contacts.back().at.n.dot(face_normal) < nearly_parallel) {
@@ -304,11 +324,7 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axe
         at.n = face_normal;
         at.b = at.a - at.gap * at.n;
     }
-    if (reference_is_a) {
-        face_contacts(a, b, f, true, face_a, margin, id_base, contacts);
-    } else {
-        face_contacts(b, a, f, false, face_b, margin, id_base, contacts);
-    }
+    ReferenceFace(f, reference_is_a, reference_is_a ? face_a : face_b).add_contacts(to);
     if (!edges_touch && std::abs(face_a.separation - face_b.separation) <= slack) {
         const Vec3 sum = f.axes_a.col(face_a.index) * face_a.side + f.axes_b.col(face_b.index) * face_b.side;
         take_middle_normal(a, b, sum, std::span(contacts).subspan(first));

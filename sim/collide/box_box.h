@@ -16,8 +16,7 @@ struct PlacedBox {
 /// The axes of the largest separation among the fifteen.
 BoxAxes box_box_axes(const PlacedBox& a, const PlacedBox& b);
 
-/// Contacts with gap <= margin [m], appended; `id_base` is added to their ids (bits 32 and up).
-void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axes, double margin,
-                      std::uint64_t id_base, std::vector<Contact>& contacts);
+/// Appends the contacts.
+void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axes, const ContactList& to);
 
 } // namespace sim

@@ -5,13 +5,6 @@
 
 namespace sim {
 
-/// Where contacts go.
-struct ContactList {
-    double margin;                  ///< [m] only those with gap <= margin
-    std::uint64_t id_base;          ///< added to their ids (bits 32 and up)
-    std::vector<Contact>& contacts; ///< appended to
-};
-
 void convex_contacts(const Convex& a, const Convex& b, const ContactList& list);
 
 /// Signed distance [m]: minus the depth where they overlap; a lower bound of it where they are well apart.

@@ -9,6 +9,11 @@ Vec3 direction_or(const Vec3& d, const Vec3& fallback) {
     return length > 0.0 ? Vec3(d / length) : fallback;
 }
 
+/// direction: unit.
+Vec3 nearest_on_line(const Vec3& point, const Vec3& direction, const Vec3& to) {
+    return point + direction * direction.dot(to - point);
+}
+
 } // namespace
 
 Vec3 lowest_rim_point(const Vec3& centre, const Vec3& axis, double radius, const Vec3& n) {
@@ -41,21 +46,14 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody
         distance = g.n.dot(core_a - core_b);
         core_b = core_a - distance * g.n;
         break;
-    case FeatureKind::line_a: {
-        const Vec3 edge = a.rotation * feature.direction_a;
-        core_a += edge * edge.dot(core_b - core_a);
-        g.n = direction_or(core_a - core_b, Vec3::UnitZ());
-        distance = g.n.dot(core_a - core_b);
-        break;
-    }
-    case FeatureKind::line_b: {
-        const Vec3 edge = b.rotation * feature.direction_b;
-        core_b += edge * edge.dot(core_a - core_b);
-        g.n = direction_or(core_a - core_b, Vec3::UnitZ());
-        distance = g.n.dot(core_a - core_b);
-        break;
-    }
+    case FeatureKind::line_a:
+    case FeatureKind::line_b:
     case FeatureKind::cores:
+        if (feature.kind == FeatureKind::line_a) {
+            core_a = nearest_on_line(core_a, a.rotation * feature.direction_a, core_b);
+        } else if (feature.kind == FeatureKind::line_b) {
+            core_b = nearest_on_line(core_b, b.rotation * feature.direction_b, core_a);
+        }
         g.n = direction_or(core_a - core_b, Vec3::UnitZ());
         distance = g.n.dot(core_a - core_b);
         break;

@@ -84,4 +84,11 @@ inline bool is_curved(const ContactFeature& feature) {
     return feature.radius_a > 0.0 || feature.radius_b > 0.0 || feature.rim_radius > 0.0;
 }
 
+/// Where contacts go.
+struct ContactList {
+    double margin;                  ///< [m] only those with gap <= margin
+    std::uint64_t id_base;          ///< added to their ids (bits 32 and up)
+    std::vector<Contact>& contacts; ///< appended to
+};
+
 } // namespace sim

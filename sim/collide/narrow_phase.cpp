@@ -171,61 +171,66 @@ void against_plane(const Shape& shape, const Pose& pose_a, const Pose& pose_b, b
     });
 }
 
+/// A part of a body.
+struct Part {
+    const PrimitiveShape& shape;
+    const Pose& world_from_body;
+    const Pose& body_from_part;
+
+    Convex convex() const { return placed(shape, world_from_body, body_from_part); }
+    PlacedBox box() const { return placed(std::get<Box>(shape), world_from_body, body_from_part); }
+    PlacedBall ball() const { return placed(std::get<Sphere>(shape), world_from_body, body_from_part); }
+};
+
 /// One part of a against one part of b.
-void part_against_part(const PrimitiveShape& part_a, const Pose& pose_a, const Pose& a_from_part,
-                       const PrimitiveShape& part_b, const Pose& pose_b, const Pose& b_from_part,
-                       std::uint64_t id_base, Collector& out) {
-    const auto* sphere_a = std::get_if<Sphere>(&part_a);
-    const auto* sphere_b = std::get_if<Sphere>(&part_b);
-    const bool has_closed_form = (sphere_a != nullptr || std::holds_alternative<Box>(part_a)) &&
-                                 (sphere_b != nullptr || std::holds_alternative<Box>(part_b));
+void part_against_part(const Part& a, const Part& b, std::uint64_t id_base, Collector& out) {
+    const bool ball_a = std::holds_alternative<Sphere>(a.shape);
+    const bool ball_b = std::holds_alternative<Sphere>(b.shape);
+    const bool has_closed_form =
+        (ball_a || std::holds_alternative<Box>(a.shape)) && (ball_b || std::holds_alternative<Box>(b.shape));
     if (!has_closed_form) {
-        out.add_convex(placed(part_a, pose_a, a_from_part), placed(part_b, pose_b, b_from_part), id_base);
-    } else if (sphere_a != nullptr && sphere_b != nullptr) {
+        out.add_convex(a.convex(), b.convex(), id_base);
+    } else if (ball_a && ball_b) {
         ContactFeature feature;
         feature.id = id_base;
-        feature.core_a = a_from_part.position;
-        feature.core_b = b_from_part.position;
-        feature.radius_a = sphere_a->radius;
-        feature.radius_b = sphere_b->radius;
-        out.add(feature, pose_a, pose_b);
-    } else if (sphere_a != nullptr) {
-        const PlacedBox box = placed(std::get<Box>(part_b), pose_b, b_from_part);
-        out.add(ball_box_feature(placed(*sphere_a, pose_a, a_from_part), box, true, id_base), pose_a, pose_b);
-    } else if (sphere_b != nullptr) {
-        const PlacedBox box = placed(std::get<Box>(part_a), pose_a, a_from_part);
-        out.add(ball_box_feature(placed(*sphere_b, pose_b, b_from_part), box, false, id_base), pose_a,
-                pose_b);
+        feature.core_a = a.body_from_part.position;
+        feature.core_b = b.body_from_part.position;
+        feature.radius_a = std::get<Sphere>(a.shape).radius;
+        feature.radius_b = std::get<Sphere>(b.shape).radius;
+        out.add(feature, a.world_from_body, b.world_from_body);
+    } else if (ball_a) {
+        out.add(ball_box_feature(a.ball(), b.box(), true, id_base), a.world_from_body, b.world_from_body);
+    } else if (ball_b) {
+        out.add(ball_box_feature(b.ball(), a.box(), false, id_base), a.world_from_body, b.world_from_body);
     } else {
-        const PlacedBox a = placed(std::get<Box>(part_a), pose_a, a_from_part);
-        const PlacedBox b = placed(std::get<Box>(part_b), pose_b, b_from_part);
-        const BoxAxes axes = box_box_axes(a, b);
+        const PlacedBox box_a = a.box();
+        const PlacedBox box_b = b.box();
+        const BoxAxes axes = box_box_axes(box_a, box_b);
         if (out.contacts != nullptr) {
-            box_box_contacts(a, b, axes, out.margin, id_base, *out.contacts);
+            box_box_contacts(box_a, box_b, axes, {out.margin, id_base, *out.contacts});
         } else {
             out.separation = std::min(out.separation, axes.separation());
         }
     }
 }
 
-void collect(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b,
-             Collector& out) {
-    const bool plane_a = std::holds_alternative<Plane>(shape_a);
-    const bool plane_b = std::holds_alternative<Plane>(shape_b);
+void collect(const PlacedShape& a, const PlacedShape& b, Collector& out) {
+    const bool plane_a = std::holds_alternative<Plane>(a.shape);
+    const bool plane_b = std::holds_alternative<Plane>(b.shape);
     CHECK(!(plane_a && plane_b));
     if (plane_b) {
-        against_plane(shape_a, pose_a, pose_b, true, out);
+        against_plane(a.shape, a.pose, b.pose, true, out);
         return;
     }
     if (plane_a) {
-        against_plane(shape_b, pose_a, pose_b, false, out);
+        against_plane(b.shape, a.pose, b.pose, false, out);
         return;
     }
     std::uint64_t pair_index = 0;
-    for_each_part(shape_a, [&](const PrimitiveShape& part_a, const Pose& a_from_part) {
-        for_each_part(shape_b, [&](const PrimitiveShape& part_b, const Pose& b_from_part) {
-            part_against_part(part_a, pose_a, a_from_part, part_b, pose_b, b_from_part,
-                              pair_index++ << part_id_shift, out);
+    for_each_part(a.shape, [&](const PrimitiveShape& part_a, const Pose& a_from_part) {
+        for_each_part(b.shape, [&](const PrimitiveShape& part_b, const Pose& b_from_part) {
+            part_against_part({part_a, a.pose, a_from_part}, {part_b, b.pose, b_from_part}, pair_index++ << part_id_shift,
+                              out);
         });
     });
 }
@@ -239,24 +244,24 @@ void sort_by_id(std::vector<Contact>& contacts) {
 
 } // namespace
 
-void find_contacts(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b,
-                   double margin, std::vector<Contact>& contacts) {
+void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, std::vector<Contact>& contacts) {
     contacts.clear();
     Collector out{.margin = margin, .contacts = &contacts};
-    collect(shape_a, pose_a, shape_b, pose_b, out);
+    collect(a, b, out);
     sort_by_id(contacts);
 }
 
-void find_box_contacts(const Box& box_a, const Pose& pose_a, const Box& box_b, const Pose& pose_b, const BoxAxes& axes,
-                       double margin, std::vector<Contact>& contacts) {
+void find_box_contacts(const PlacedShape& a, const PlacedShape& b, const BoxAxes& axes, double margin,
+                       std::vector<Contact>& contacts) {
     contacts.clear();
-    box_box_contacts({box_a, pose_a, Pose{}, pose_a}, {box_b, pose_b, Pose{}, pose_b}, axes, margin, 0, contacts);
+    box_box_contacts({std::get<Box>(a.shape), a.pose, Pose{}, a.pose}, {std::get<Box>(b.shape), b.pose, Pose{}, b.pose}, axes,
+                     {margin, 0, contacts});
     sort_by_id(contacts);
 }
 
-double separation(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b) {
+double separation(const PlacedShape& a, const PlacedShape& b) {
     Collector out;
-    collect(shape_a, pose_a, shape_b, pose_b, out);
+    collect(a, b, out);
     return out.separation;
 }
 

@@ -5,19 +5,23 @@
 
 namespace sim {
 
+struct PlacedShape {
+    const Shape& shape;
+    const Pose& pose;
+};
+
 /// All contacts of a pair with gap <= margin [m], ordered by feature id. a and b are the bodies' indices.
 /// contacts of the result may be empty. A full face or edge manifold for box against box and box against
 /// plane.
-void find_contacts(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b,
-                   double margin, std::vector<Contact>& contacts);
+void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, std::vector<Contact>& contacts);
 
 /// The same for two bodies that are boxes, whose axes are known.
-void find_box_contacts(const Box& box_a, const Pose& pose_a, const Box& box_b, const Pose& pose_b, const BoxAxes& axes,
-                       double margin, std::vector<Contact>& contacts);
+void find_box_contacts(const PlacedShape& a, const PlacedShape& b, const BoxAxes& axes, double margin,
+                       std::vector<Contact>& contacts);
 
 /// Signed distance of two shapes [m], exact where they overlap (its negative is the depth of penetration) and
 /// a lower bound of the distance where they are apart. Looks at the shapes anew, without any preference among
 /// features.
-double separation(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b);
+double separation(const PlacedShape& a, const PlacedShape& b);
 
 } // namespace sim

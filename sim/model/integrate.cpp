@@ -143,12 +143,12 @@ Pose free_motion(const BodyProps& props, const Pose& pose, const Velocity& veloc
     return after;
 }
 
-Velocity velocity_after(const BodyProps& props, const Pose& before, const Pose& after,
-                        const Velocity& velocity, const Vec3& gravity, double h) {
+Velocity velocity_after(const BodyProps& props, const Pose& before, const Pose& after, const Velocity& velocity,
+                        const Vec3& fall) {
     if (props.is_static()) {
         return {};
     }
-    Velocity result{velocity.v + h * gravity, velocity.w};
+    Velocity result{velocity.v + fall, velocity.w};
     if (props.inertia_kind != InertiaKind::spherical) {
         const Vec3 momentum = angular_momentum(props, before.orientation, velocity.w);
         const Quat world_from_principal = after.orientation * props.body_from_principal;

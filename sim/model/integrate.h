@@ -21,8 +21,8 @@ Quat turned(const Quat& orientation, const Vec3& angle);
 Pose free_motion(const BodyProps& props, const Pose& pose, const Velocity& velocity, const Vec3& gravity,
                  double h);
 
-/// Velocity after that motion: v + g h, and the angular velocity that keeps the angular momentum at `after`.
-Velocity velocity_after(const BodyProps& props, const Pose& before, const Pose& after,
-                        const Velocity& velocity, const Vec3& gravity, double h);
+/// Velocity after that motion: v + g h, and the angular velocity that keeps the angular momentum at `after`. fall: g h [m/s].
+Velocity velocity_after(const BodyProps& props, const Pose& before, const Pose& after, const Velocity& velocity,
+                        const Vec3& fall);
 
 } // namespace sim

@@ -84,7 +84,7 @@ std::optional<StartOverlap> find_start_overlap(const SceneDef& scene) {
         if ((body_a.is_static() && body_b.is_static()) || jointed.contains({a, b})) {
             return true;
         }
-        const double penetration = -separation(body_a.shape, body_a.pose, body_b.shape, body_b.pose);
+        const double penetration = -separation({body_a.shape, body_a.pose}, {body_b.shape, body_b.pose});
         if (penetration <= scene.step.tolerance) {
             return true;
         }

@@ -50,14 +50,9 @@ struct Memory {
     }
 };
 
-/// Targets, marks and impulses of the points.
-LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* points, RestPoint* rest) {
-    const RestRules& rules = *work.rules;
-    const double h = rules.h;
-    const Real zero = real(0.0);
-    const Real one = real(1.0);
-    const Frame f = frame_of(batch);
-    Real last = zero;
+/// Share [-] of the impulses at t0 that acts before it (see node_weight()); all of it where none touches.
+LANES_INLINE Real node_weight_of(const RestRules& rules, const BlockBatch& batch, const BatchPoint* points, const RestPoint* rest) {
+    Real last = real(0.0);
     Mask touches = nowhere();
     for (int k = 0; k < batch.count; ++k) {
         const Mask here = lanes_of(points[k].there);
@@ -65,10 +60,20 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         for (int l = 0; l < lane_count; ++l) {
             value.x[l] = rest[k].memory[l][6];
         }
-        last = max(last, select(here, load(value), zero));
+        last = max(last, select(here, load(value), real(0.0)));
         touches |= here & (load(points[k].gap) <= rules.tolerance);
     }
-    const Real node_weight = select(touches, last / (last + real(h)), one);
+    return select(touches, last / (last + real(rules.h)), real(1.0));
+}
+
+/// Targets, marks and impulses of the points.
+LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* points, RestPoint* rest) {
+    const RestRules& rules = *work.rules;
+    const double h = rules.h;
+    const Real zero = real(0.0);
+    const Real one = real(1.0);
+    const Frame f = frame_of(batch);
+    const Real node_weight = node_weight_of(rules, batch, points, rest);
     store(batch.node_weight, node_weight);
     const Real interval = impulse_interval(node_weight, h);
     const Real fall = fall_of(rules, batch, f.n);
@@ -195,8 +200,9 @@ struct Edges {
 /// Gaps and slips of the plain blocks at the predicted poses, and the targets that close them. Returns the largest error
 /// of a gap in each lane.
 LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlock& block, BatchPoint* points,
-                          const RestPoint* rest, unsigned lanes) {
+                          const RestPoint* rest) {
     const double per_h = 1.0 / work.rules->h;
+    const unsigned lanes = work.only == nullptr ? ~0u : work.only[&batch - work.batches];
     const Frame f = frame_of(batch);
     const Twist twist = twist_of(work.velocity, batch, f);
     const Motion a(work.end, batch.a);
@@ -351,7 +357,7 @@ double KERNEL(const RestWork& work) {
             store_impulses(work, batch, block, points, rest);
         } else {
             Lanes errors;
-            store(errors, measure(work, batch, block, points, rest, work.only == nullptr ? ~0u : work.only[i]));
+            store(errors, measure(work, batch, block, points, rest));
             for (const double error : errors.x) {
                 worst = worst < error ? error : worst;
             }

@@ -17,7 +17,7 @@ constexpr double is_far = -1.0; ///< for a margin
 } // namespace
 
 PairDistances::PairDistances(const Bodies& bodies, std::size_t count, const StepSettings& settings, Workers& workers)
-    : bodies_(bodies), settings_(settings), count_(count), workers_(workers), box_rows_(count), box_pose_(count),
+    : bodies_(bodies), settings_(settings), workers_(workers), box_rows_(count), box_pose_(count),
       checked_pose_(count), moved_(count) {
     for (std::size_t i = 0; i < count; ++i) {
         is_box_.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
@@ -89,7 +89,7 @@ void PairDistances::set_apart(const Candidate& candidate) {
     const Pose& b = bodies_.pose[static_cast<std::size_t>(candidate.bodies.b)];
     const Shape& shape_a = bodies_.props[static_cast<std::size_t>(candidate.bodies.a)].shape;
     const Shape& shape_b = bodies_.props[static_cast<std::size_t>(candidate.bodies.b)].shape;
-    separations_[candidate.slot] = {separation(shape_a, a, shape_b, b), a, b};
+    separations_[candidate.slot] = {separation({shape_a, a}, {shape_b, b}), a, b};
 }
 
 /// Of a pair at the present poses; see Near.
@@ -147,7 +147,7 @@ void PairDistances::check(Candidates& candidates, std::span<const Pose> planned,
             } else if (has_moved(candidate)) {
                 depth = -least_separation(candidate, planned);
                 if (depth >= 0.0) {
-                    depth = -separation(bodies_.props[a].shape, planned[a], bodies_.props[b].shape, planned[b]);
+                    depth = -separation({bodies_.props[a].shape, planned[a]}, {bodies_.props[b].shape, planned[b]});
                 }
             }
             candidate.is_new = false;

@@ -44,7 +44,6 @@ private:
 
     const Bodies& bodies_;
     const StepSettings& settings_;
-    std::size_t count_ = 0;
     Workers& workers_;
     std::vector<char> is_box_;           ///< [count] a single box, not a part of a compound
     std::vector<PlacedBoxRow> box_rows_; ///< [count]

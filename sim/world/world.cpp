@@ -145,7 +145,7 @@ void WorldState::move(StepReport& report) {
             continue;
         }
         bodies.velocity[i] = velocity_after(bodies.props[i], bodies.pose[i], planned[i], after_impulses[i],
-                                            settings.gravity, interval);
+                                            interval * settings.gravity);
         bodies.pose[i] = planned[i];
         const double sum = bodies.pose[i].position.sum() + bodies.pose[i].orientation.coeffs().sum() +
                            bodies.velocity[i].v.sum() + bodies.velocity[i].w.sum();

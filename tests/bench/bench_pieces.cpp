@@ -41,7 +41,7 @@ void box_box_manifold(benchmark::State& state) {
     const Pose lower = lower_pose(edges), upper = upper_pose(edges);
     std::vector<sim::Contact> contacts;
     for (auto _ : state) {
-        sim::find_contacts(cube, lower, cube, upper, 1e-3, contacts);
+        sim::find_contacts({cube, lower}, {cube, upper}, 1e-3, contacts);
         benchmark::DoNotOptimize(contacts.data());
     }
     state.SetLabel((edges ? "edge on edge, points " : "face on face, points ") +
@@ -54,7 +54,7 @@ void box_box_separation(benchmark::State& state) {
     const sim::Shape cube = sim::Box{};
     const Pose lower = lower_pose(edges), upper = upper_pose(edges);
     for (auto _ : state) {
-        benchmark::DoNotOptimize(sim::separation(cube, lower, cube, upper));
+        benchmark::DoNotOptimize(sim::separation({cube, lower}, {cube, upper}));
     }
     state.SetLabel(edges ? "edge on edge" : "face on face");
 }
@@ -140,7 +140,7 @@ void one_sweep(benchmark::State& state) {
         const auto lower = static_cast<std::size_t>(i);
         const auto upper = static_cast<std::size_t>(i + n * n);
         std::vector<sim::Contact>& own = contacts[lower];
-        sim::find_contacts(def.shape, bodies.pose[lower], def.shape, bodies.pose[upper], 1e-3, own);
+        sim::find_contacts({def.shape, bodies.pose[lower]}, {def.shape, bodies.pose[upper]}, 1e-3, own);
         sim::Block like;
         like.a = i;
         like.b = i + n * n;

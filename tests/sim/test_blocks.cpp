@@ -22,7 +22,7 @@ struct Pair {
     Blocks loop;
 
     void arrange(double margin, double mu) {
-        find_contacts(bodies.props[0].shape, bodies.pose[0], bodies.props[1].shape, bodies.pose[1], margin, contacts);
+        find_contacts({bodies.props[0].shape, bodies.pose[0]}, {bodies.props[1].shape, bodies.pose[1]}, margin, contacts);
         for (std::size_t i = 0; i < contacts.size(); ++i) {
             loop.contacts.push_back({&contacts[i], static_cast<int>(i)});
         }

@@ -24,7 +24,7 @@ PlacedBox cube_at(const Vec3& position, const Quat& orientation = Quat::Identity
 
 std::vector<Contact> contacts_of(const PlacedBox& a, const PlacedBox& b, double margin = 0.1) {
     std::vector<Contact> contacts;
-    box_box_contacts(a, b, box_box_axes(a, b), margin, 0, contacts);
+    box_box_contacts(a, b, box_box_axes(a, b), {margin, 0, contacts});
     return contacts;
 }
 
@@ -263,7 +263,7 @@ TEST(box_box, id_base_and_body_frames_of_parts_are_kept) {
     const PlacedBox b = cube_at(Vec3::Zero());
     std::vector<Contact> contacts;
     const std::uint64_t id_base = std::uint64_t{5} << 32;
-    box_box_contacts(a, b, box_box_axes(a, b), 0.1, id_base, contacts);
+    box_box_contacts(a, b, box_box_axes(a, b), {0.1, id_base, contacts});
     ASSERT_EQ(contacts.size(), 4u);
     for (const Contact& contact : contacts) {
         EXPECT_EQ(contact.feature.id >> 32, 5u);

@@ -22,8 +22,7 @@ struct Scene {
         found.manifold.body_b = b;
         const auto ia = static_cast<std::size_t>(a);
         const auto ib = static_cast<std::size_t>(b);
-        find_contacts(bodies.props[ia].shape, bodies.pose[ia], bodies.props[ib].shape, bodies.pose[ib], 1e-3,
-                      found.manifold.contacts);
+        find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 1e-3, found.manifold.contacts);
         found.memory.resize(found.manifold.contacts.size());
         found.material = pair_material(bodies.props[ia], bodies.props[ib]);
     }
@@ -145,7 +144,7 @@ TEST(collision_solver, oblique_impacts_keep_momentum_and_never_gain_energy) {
         for (int k = 0; k < 60; ++k) {
             const double middle = 0.5 * (near + far);
             const Pose moved{b.position + Vec3(middle, 0, 0), b.orientation};
-            (separation(box_a, a, box_b, moved) > 0.0 ? far : near) = middle;
+            (separation({box_a, a}, {box_b, moved}) > 0.0 ? far : near) = middle;
         }
         b.position.x() += far;
         add_body(scene.bodies, make_props(box_a, 1000.0, e, mu), a,

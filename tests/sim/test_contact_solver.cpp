@@ -38,8 +38,7 @@ struct Stack {
         found.manifold.body_b = b;
         const auto ia = static_cast<std::size_t>(a);
         const auto ib = static_cast<std::size_t>(b);
-        find_contacts(bodies.props[ia].shape, bodies.pose[ia], bodies.props[ib].shape, bodies.pose[ib], 1e-3,
-                      found.manifold.contacts);
+        find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 1e-3, found.manifold.contacts);
         match_memory(found, 0.0);
     }
     void solve() {

@@ -106,11 +106,11 @@ void check_pair(const Shape& shape_a, const Pose& a, const Shape& shape_b, const
         const double margin = std::max(expected.gap, 0.0) + 1e-3;
         double separated = 0.0;
         if (exchanged) {
-            find_contacts(shape_b, b, shape_a, a, margin, contacts);
-            separated = separation(shape_b, b, shape_a, a);
+            find_contacts({shape_b, b}, {shape_a, a}, margin, contacts);
+            separated = separation({shape_b, b}, {shape_a, a});
         } else {
-            find_contacts(shape_a, a, shape_b, b, margin, contacts);
-            separated = separation(shape_a, a, shape_b, b);
+            find_contacts({shape_a, a}, {shape_b, b}, margin, contacts);
+            separated = separation({shape_a, a}, {shape_b, b});
         }
         if (contacts.empty()) {
             ADD_FAILURE() << "no contact, expected a gap of " << expected.gap;

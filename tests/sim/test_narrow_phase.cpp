@@ -20,7 +20,7 @@ Pose at(double x, double y, double z) {
 std::vector<Contact> contacts_of(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                  double margin = 0.5) {
     std::vector<Contact> contacts(3); // to be overwritten
-    find_contacts(a, pose_a, b, pose_b, margin, contacts);
+    find_contacts({a, pose_a}, {b, pose_b}, margin, contacts);
     return contacts;
 }
 
@@ -35,7 +35,7 @@ void expect_ball_on_cube(const Vec3& centre, double gap, const Vec3& n, FeatureK
     EXPECT_NEAR(g.gap, gap, rounding);
     EXPECT_LE((g.n - n).norm(), rounding);
     EXPECT_LE((g.a - (centre - 0.25 * n)).norm(), rounding);
-    EXPECT_NEAR(separation(ball, pose, Box{}, Pose{}), gap, rounding);
+    EXPECT_NEAR(separation({ball, pose}, {Box{}, Pose{}}), gap, rounding);
 
     const auto exchanged = contacts_of(Box{}, Pose{}, ball, pose);
     ASSERT_EQ(exchanged.size(), 1u);
@@ -77,7 +77,7 @@ TEST(narrow_phase, separation_of_ball_and_box_is_the_distance_to_its_surface) {
     for (int i = 0; i < 1000; ++i) {
         const Pose pose = numbers.pose(0.3);
         const Pose ball = numbers.pose(1.0);
-        EXPECT_NEAR(separation(box, pose, Sphere{0.1}, ball), distance_to_box(ball.position, box, pose) - 0.1,
+        EXPECT_NEAR(separation({box, pose}, {Sphere{0.1}, ball}), distance_to_box(ball.position, box, pose) - 0.1,
                     rounding);
     }
 }
@@ -117,7 +117,7 @@ TEST(narrow_phase, lowest_corner_of_a_tilted_box_decides_its_separation_from_a_p
     for (int i = 0; i < 100; ++i) {
         const Pose pose = numbers.pose(1.0);
         const double reach = (pose.orientation.conjugate() * Vec3::UnitZ()).cwiseAbs().dot(box.half_extents);
-        EXPECT_NEAR(separation(box, pose, Plane{}, Pose{}), pose.position.z() - reach, rounding);
+        EXPECT_NEAR(separation({box, pose}, {Plane{}, Pose{}}), pose.position.z() - reach, rounding);
     }
 }
 
@@ -150,7 +150,7 @@ TEST(narrow_phase, every_part_of_a_compound_touches_by_itself) {
         EXPECT_NEAR(contact.at.gap, -0.01, rounding);
         EXPECT_LE((contact.at.n - Vec3(0, 0, 1)).norm(), rounding);
     }
-    EXPECT_NEAR(separation(dumbbell, above, dumbbell, Pose{}), -0.01, rounding);
+    EXPECT_NEAR(separation({dumbbell, above}, {dumbbell, Pose{}}), -0.01, rounding);
 }
 
 TEST(narrow_phase, a_compound_of_one_part_equals_the_shifted_part) {
@@ -184,11 +184,11 @@ TEST(narrow_phase, separation_is_no_more_than_the_sampled_distance_of_boxes) {
                               numbers.between(-0.2, 0.2));
             sampled = std::min(sampled, distance_to_box(a * inside, box_b, b));
         }
-        const double s = separation(box_a, a, box_b, b);
+        const double s = separation({box_a, a}, {box_b, b});
         // Apart, the separation bounds the distance from below. Overlapping, moving out by the depth frees
         // every point of a, so none lies deeper inside b.
         EXPECT_LE(s, sampled + rounding);
-        EXPECT_NEAR(separation(box_b, b, box_a, a), s, 1e-12);
+        EXPECT_NEAR(separation({box_b, b}, {box_a, a}), s, 1e-12);
         // Contacts within the margin exist exactly if the separation is.
         EXPECT_EQ(!contacts_of(box_a, a, box_b, b, 0.0).empty(), s <= 0.0);
     }

@@ -244,11 +244,9 @@ TEST(shape, bounds_of_cylinder_capsule_and_hull_are_how_far_they_reach) {
         for (int axis = 0; axis < 3; ++axis) {
             // A plane at the bound touches the shape.
             const Vec3 n = Vec3::Unit(axis);
-            EXPECT_NEAR(separation(shape, pose, Plane{},
-                                   {b.lower, Quat::FromTwoVectors(Vec3::UnitZ(), n)}),
+            EXPECT_NEAR(separation({shape, pose}, {Plane{}, {b.lower, Quat::FromTwoVectors(Vec3::UnitZ(), n)}}),
                         0.0, 1e-14);
-            EXPECT_NEAR(separation(shape, pose, Plane{},
-                                   {b.upper, Quat::FromTwoVectors(Vec3::UnitZ(), Vec3(-n))}),
+            EXPECT_NEAR(separation({shape, pose}, {Plane{}, {b.upper, Quat::FromTwoVectors(Vec3::UnitZ(), Vec3(-n))}}),
                         0.0, 1e-14);
         }
     }

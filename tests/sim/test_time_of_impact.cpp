@@ -28,8 +28,7 @@ struct Scene {
         found.manifold.body_b = b;
         const auto ia = static_cast<std::size_t>(a);
         const auto ib = static_cast<std::size_t>(b);
-        find_contacts(bodies.props[ia].shape, bodies.pose[ia], bodies.props[ib].shape, bodies.pose[ib], 100.0,
-                      found.manifold.contacts);
+        find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 100.0, found.manifold.contacts);
         found.memory.resize(found.manifold.contacts.size());
     }
     std::optional<Impact> impact(double h) const {
@@ -139,7 +138,7 @@ TEST(time_of_impact, far_side_of_a_rim_that_touches_is_followed_by_its_points) {
     const Pose standing = pose_at(tilt);
     const Pose past_flat = pose_at(-tilt);
     std::vector<Contact> contacts;
-    find_contacts(cylinder, past_flat, Plane{}, floor, 0.0, contacts);
+    find_contacts({cylinder, past_flat}, {Plane{}, floor}, 0.0, contacts);
     const auto rim = std::ranges::find_if(contacts, [](const Contact& c) { return c.feature.rim_radius > 0.0; });
     ASSERT_NE(rim, contacts.end());
     // As repair() hands it over: the points found at the end, where they were at the start.
