@@ -37,8 +37,7 @@ const Keys box_keys = kind_keys + Keys{
 };
 
 const Keys sphere_keys = kind_keys + Keys{
-    {"radius", number, "m", required_key, "radius of the sphere, centred at the origin of its frame",
-     positive, ""},
+    {"radius", number, "m", required_key, "radius of the sphere, centred at the origin of its frame", positive, ""},
 };
 
 const Keys cylinder_keys = kind_keys + Keys{
@@ -52,8 +51,7 @@ const Keys capsule_keys = kind_keys + Keys{
 };
 
 const Keys hull_keys = kind_keys + Keys{
-    {"points", points, "m", none, "whose convex hull it is; points that lie within are left out; this or `file`", any,
-     ""},
+    {"points", points, "m", none, "whose convex hull it is; points that lie within are left out; this or `file`", any, ""},
     {"file", text, "", none,
      "OBJ file, relative to the scene file, whose vertices [m] are the points. Its faces are not used", any, ""},
 };
@@ -85,8 +83,7 @@ const Keys look_keys{
     {"color", color, "", "[0.7, 0.7, 0.7]", "of the surface; a plane without one is dark", unit_interval, ""},
     {"pattern", choice, "", "\"plain\"", "drawn on the surface so that its turning is seen", any,
      "plain stripes checker grid"},
-    {"pattern_color", color, "", "[0.15, 0.15, 0.15]", "of the pattern; on a plane, of its grid",
-     unit_interval, ""},
+    {"pattern_color", color, "", "[0.15, 0.15, 0.15]", "of the pattern; on a plane, of its grid", unit_interval, ""},
     {"roughness", number, "", "0.5", "of the surface: small is shiny", {0.05, 1.0}, ""},
     {"metallic", number, "", "0.0", "0: like plastic, 1: like metal", unit_interval, ""},
     {"visible", boolean, "", "true", "whether it is drawn", any, ""},
@@ -104,18 +101,14 @@ const Keys template_body_keys =
          "{ kind = ... }"},
         {"static", boolean, "", "false", "never moves; has no mass and no velocity", any, ""},
         {"density", number, "kg/m^3", none,
-         "of a homogeneous body; parts of a compound are summed as if they did not overlap. 1000 if neither "
-         "density "
-         "nor mass is given",
-         positive, ""},
+         "of a homogeneous body; parts of a compound are summed as if they did not overlap. 1000 if neither density nor mass is "
+         "given", positive, ""},
         {"mass", number, "kg", none, "instead of density: homogeneous unless inertia is given", positive, ""},
         {"centre_of_mass", vector, "m", none,
          "in the shape's frame; with mass and inertia. Left out: that of the homogeneous body", any, ""},
         {"inertia", moments, "kg m^2", none,
-         "about the centre of mass, axes of the shape's frame: xx, yy, zz or xx, yy, zz, xy, xz, yz (entries "
-         "of the "
-         "matrix); with mass",
-         any, ""},
+         "about the centre of mass, axes of the shape's frame: xx, yy, zz or xx, yy, zz, xy, xz, yz (entries of the matrix); "
+         "with mass", any, ""},
     } +
     orientation_keys +
     Keys{
@@ -136,8 +129,7 @@ const Keys camera_key_keys{
     {"fov_degrees", number, "degrees", none, "opening there; left out: that of the camera", {1.0, 150.0}, ""},
     {"easing", choice, "", "\"smooth\"",
      "how it moves on to the next key: `smooth`, through both without a stop; `stop`, at rest at both; `linear`, at one "
-     "speed; `cut`, not at all, and the next key begins a new shot",
-     any, "smooth stop linear cut"},
+     "speed; `cut`, not at all, and the next key begins a new shot", any, "smooth stop linear cut"},
 };
 
 // --- the tables ------------------------------------------------------------------------------------------
@@ -173,22 +165,18 @@ SectionSpec simulation_section() {
         {
             {"time_step", fraction, "s", "0.001", "h; independent of the frame rate", {0.0, 1.0, true}, ""},
             {"gravity", vector, "m/s^2", "[0, 0, -9.81]", "g; z is up", any, ""},
-            {"tolerance", number, "m", "1e-4", "largest gap error of a resting contact and largest overlap",
-             positive, ""},
+            {"tolerance", number, "m", "1e-4", "largest gap error of a resting contact and largest overlap", positive, ""},
             {"joint_tolerance", number, "m", "1e-10", "largest gap of a joint", positive, ""},
             {"velocity_tolerance", number, "m/s", "1e-7",
              "the iteration ends when no contact changes by more", positive, ""},
             {"resting_distance", number, "m", "1e-4",
-             "eps_c: an approach slower than sqrt(2 g eps_c) is a resting contact, a faster one an impact",
-             positive, ""},
-            {"resting_speed_floor", number, "m/s", "1e-6", "least value of that speed, for zero gravity",
-             positive, ""},
+             "eps_c: an approach slower than sqrt(2 g eps_c) is a resting contact, a faster one an impact", positive, ""},
+            {"resting_speed_floor", number, "m/s", "1e-6", "least value of that speed, for zero gravity", positive, ""},
             {"iteration_limit", integer, "sweeps", "2000", "of one solve; a step has ten times as many", {1, 1e9}, ""},
             {"impacts", choice, "", "\"auto\"",
              "`ahead`: contacts are placed before an impact, cheap with many bodies; `stop`: the step is divided at the "
              "time of impact, which keeps the energy of elastic ones; `auto`: `stop` where a body has a restitution of 0.9 "
-             "or more",
-             any, "auto ahead stop"},
+             "or more", any, "auto ahead stop"},
             {"warm_start", boolean, "", "true", "start from the impulses of the last step", any, ""},
         }};
 }
@@ -220,8 +208,7 @@ SectionSpec output_section() {
                  "what draws: osmesa or egl (in software), egl:0, egl:1, ... (graphics cards; `tumble devices` lists "
                  "them); auto: osmesa where it is built in, else egl", any, ""},
                 {"shutter", number, "", "0",
-                 "motion blur: share of the time between two frames in which the shutter is open", unit_interval,
-                 ""},
+                 "motion blur: share of the time between two frames in which the shutter is open", unit_interval, ""},
                 {"subframes", integer, "", "8", "pictures that a blurred frame is the mean of", {1, 256}, ""},
                 {"fps", fraction, "1/s", "60", "frame k shows step round(k / (fps h))", {0.0, 1e4, true}, ""},
                 {"duration",
@@ -229,8 +216,7 @@ SectionSpec output_section() {
                  "s",
                  "6",
                  "of the film: round(duration fps) frames, at least one",
-                 {0.0, 1e6, true},
-                 ""},
+                 {0.0, 1e6, true}, ""},
                 {"speed", number, "", "1",
                  "simulated seconds a second of film: 0.25 is slow motion; frames between two steps are interpolated",
                  {0.0, 1000.0, true}, ""},
@@ -241,8 +227,7 @@ SectionSpec output_section() {
                  "steps",
                  "0",
                  "a trajectory record every so many steps; 0: one a frame",
-                 {0, 1e9},
-                 ""},
+                 {0, 1e9}, ""},
                 {"camera", text, "", none, "name of the camera; left out: the first", any, ""},
             }};
 }
@@ -306,24 +291,12 @@ std::vector<SectionSpec> pattern_sections() {
              {"count", counts, "", required_key, "bodies along x, y, z", {1, 1e6}, ""},
              {"spacing", vector, "m", required_key, "between neighbours along x, y, z", any, ""},
              {"origin", vector, "m", "[0, 0, 0]", "position of the first body", any, ""},
-             {"turn_max_degrees",
-              number,
-              "degrees",
-              "0",
-              "each body is turned by a random angle up to this about a random axis",
-              {0.0, 180.0},
-              ""},
-             {"seed",
-              integer,
-              "",
-              "1",
-              "of turns, jitter and mixture; the same seed gives the same for ever",
-              {0, 9e15},
-              ""},
+             {"turn_max_degrees", number, "degrees", "0",
+              "each body is turned by a random angle up to this about a random axis", {0.0, 180.0}, ""},
+             {"seed", integer, "", "1", "of turns, jitter and mixture; the same seed gives the same for ever", {0, 9e15}, ""},
              {"jitter", vector, "m", "[0, 0, 0]",
               "each body is moved at random by up to this along x, y, z, either way", not_negative, ""},
-             {"palette", colors, "", none, "colour of each layer, in turn; left out: that of the body",
-              unit_interval, ""},
+             {"palette", colors, "", none, "colour of each layer, in turn; left out: that of the body", unit_interval, ""},
              {"body", table, "", required_key, "keys of `[[body]]` but name and position", any,
               "{ shape = ... }"},
              {"mix", tables, "", none, "more bodies: each place takes `body`, whose share is 1, or one of these at random",
@@ -339,32 +312,31 @@ std::vector<SectionSpec> pattern_sections() {
          "meet.",
          Keys{
              {"name", text, "", required_key, "beginning of the plates' names", any, ""},
-             {"position", vector, "m", "[0, 0, 0]", "of the point on its axis from which heights count", any,
-              ""},
-             {"mouth", number, "m", required_key, "edge of the square above, larger than the throat",
-              positive, ""},
+             {"position", vector, "m", "[0, 0, 0]", "of the point on its axis from which heights count", any, ""},
+             {"mouth", number, "m", required_key, "edge of the square above, larger than the throat", positive, ""},
              {"mouth_height", number, "m", required_key, "larger than the throat's height", any, ""},
              {"throat", number, "m", required_key, "edge of the square below", positive, ""},
              {"throat_height", number, "m", required_key, "where the square below is", any, ""},
              {"thickness", number, "m", required_key, "of the plates", positive, ""},
          } + material_keys +
              look_keys},
-        {"joint",
-         "[[joint]]",
-         "Holds two bodies together, or one in the world.",
-         {
-             {"name", text, "", required_key, "how messages and `--set` call it; unique", any, ""},
-             {"kind", choice, "", required_key,
-              "`ball`: the anchors stay together; `hinge`: the axes stay parallel too", any, "ball hinge"},
-             {"bodies", names, "", required_key,
-              "names of two bodies; only one, or \"world\": held by the world", any, ""},
-             {"anchor", vector, "m", required_key, "point that both share, in the world at the start", any,
-              ""},
-             {"axis", direction, "", none, "of a hinge, in the world at the start", any, ""},
-             {"drawn", boolean, "", "true", "as a rod from the anchor to the first body's centre of mass",
-              any, ""},
-         }},
     };
+}
+
+SectionSpec joint_section() {
+    return {"joint",
+     "[[joint]]",
+     "Holds two bodies together, or one in the world.",
+     {
+         {"name", text, "", required_key, "how messages and `--set` call it; unique", any, ""},
+         {"kind", choice, "", required_key,
+          "`ball`: the anchors stay together; `hinge`: the axes stay parallel too", any, "ball hinge"},
+         {"bodies", names, "", required_key,
+          "names of two bodies; only one, or \"world\": held by the world", any, ""},
+         {"anchor", vector, "m", required_key, "point that both share, in the world at the start", any, ""},
+         {"axis", direction, "", none, "of a hinge, in the world at the start", any, ""},
+         {"drawn", boolean, "", "true", "as a rod from the anchor to the first body's centre of mass", any, ""},
+     }};
 }
 
 std::vector<SectionSpec> view_sections() {
@@ -401,8 +373,7 @@ std::vector<SectionSpec> view_sections() {
               "its brightness: a white surface that faces it has this radiance", not_negative, ""},
              {"sky_zenith", color, "", "[0.90, 0.95, 1.00]",
               "colour straight above: most of the light in shadows", unit_interval, ""},
-             {"sky_horizon", color, "", "[0.07, 0.10, 0.16]", "colour at the horizon: the background",
-              unit_interval, ""},
+             {"sky_horizon", color, "", "[0.07, 0.10, 0.16]", "colour at the horizon: the background", unit_interval, ""},
              {"sky_intensity", number, "", "1.0", "its brightness", not_negative, ""},
          }},
     };
@@ -419,13 +390,11 @@ SectionSpec study_section() {
                  any, "none sliding_block bouncing_ball rolling_ball tower free_rotation"},
                 {"seed_key", text, "", none,
                  "key of a whole number, such as lattice.cube.seed, that is varied from run to run: the motion is "
-                 "chaotic, and errors are those of the means over the runs",
-                 any, ""},
+                 "chaotic, and errors are those of the means over the runs", any, ""},
                 {"gate_height", number, "m", "0", "bodies below it have passed: throughput; with seed_key", any, ""},
                 {"promises", pairs, "", none,
                  "error and cost (processor time of a simulated second) that a study found of the presets preview, "
-                 "standard, accurate: three pairs; a run with --preset tells what it reached beside them",
-                 any, ""},
+                 "standard, accurate: three pairs; a run with --preset tells what it reached beside them", any, ""},
             }};
 }
 
@@ -448,8 +417,7 @@ std::vector<SectionSpec> overlay_sections() {
              {"color_range", interval, "", none, "of that scale; left out: chosen from the scene", any, ""},
              {"arrow_scale", number, "m/(N s)", none, "length of the arrow of a contact's impulse; left out: chosen "
               "from the scene", positive, ""},
-             {"trail_time", number, "s", none, "how far back trails reach; left out: to the start", positive,
-              ""},
+             {"trail_time", number, "s", none, "how far back trails reach; left out: to the start", positive, ""},
              {"bodies", texts, "", none, "names of the bodies with trails and contact paths; left out: all "
               "that move", any, ""},
              {"plots_at", choice, "", "\"bottom_right\"", "corner of the picture that the plots are in", any,
@@ -474,42 +442,23 @@ std::vector<SectionSpec> overlay_sections() {
              {"quantity", choice, "", required_key,
               "`energy`: kinetic, potential and their sum [J]; `inclination` of a body's z axis to the "
               "vertical [degrees]; `distance` of a body's centre of mass from its place at the start [m]; "
-              "number of loaded `contacts`",
-              any, "energy inclination distance contacts"},
-             {"bodies", texts, "", none, "names of the bodies, a curve each; not for energy and contacts", any,
-              ""},
+              "number of loaded `contacts`", any, "energy inclination distance contacts"},
+             {"bodies", texts, "", none, "names of the bodies, a curve each; not for energy and contacts", any, ""},
              {"range", interval, "", none, "of the quantity; left out: grows with it", any, ""},
              {"closed_form_on", text, "", none,
               "name of the box down whose top the bodies slide: with the distance that Coulomb's friction "
-              "gives in closed form, as a dashed curve",
-              any, ""},
+              "gives in closed form, as a dashed curve", any, ""},
          }},
     };
 }
 
 std::vector<SectionSpec> all_sections() {
     std::vector<SectionSpec> sections{top_section(), simulation_section(), output_section(), speed_section()};
-    for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), view_sections(), overlay_sections(),
-                                                  {study_section()}}) {
+    for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), {joint_section()}, view_sections(),
+                                                  overlay_sections(), {study_section()}}) {
         sections.insert(sections.end(), group.begin(), group.end());
     }
     return sections;
-}
-
-std::string describe_range(const KeyRange& range) {
-    const bool has_lower = range.lower > any.lower;
-    const bool has_upper = range.upper < any.upper;
-    if (has_lower && has_upper && !range.is_lower_open) {
-        return fmt::format(" {}..{}", range.lower, range.upper);
-    }
-    std::string result;
-    if (has_lower) {
-        result += fmt::format(" {} {}", range.is_lower_open ? ">" : ">=", range.lower);
-    }
-    if (has_upper) {
-        result += fmt::format("{} <= {}", has_lower ? " and" : "", range.upper);
-    }
-    return result;
 }
 
 } // namespace
@@ -537,89 +486,6 @@ const SectionSpec& scene_section(std::string_view path) {
     const auto found = std::ranges::find(sections, path, &SectionSpec::path);
     CHECK(found != sections.end());
     return *found;
-}
-
-std::vector<std::string> choices_of(const KeySpec& key) {
-    std::vector<std::string> result;
-    std::string_view rest = key.choices;
-    while (!rest.empty()) {
-        const std::size_t end = std::min(rest.find(' '), rest.size());
-        result.emplace_back(rest.substr(0, end));
-        rest.remove_prefix(std::min(end + 1, rest.size()));
-    }
-    return result;
-}
-
-std::string describe_expected(const KeySpec& key) {
-    const std::string range = describe_range(key.range);
-    const std::string unit = key.unit.empty() ? "" : fmt::format(" [{}]", key.unit);
-    switch (key.type) {
-    case number:
-        return (range.empty() ? "a finite number" : "a number" + range) + unit;
-    case integer:
-        return "an integer" + range + unit;
-    case boolean:
-        return "true or false";
-    case text:
-        return "a text";
-    case choice: {
-        const std::vector<std::string> words = choices_of(key);
-        std::string result;
-        for (std::size_t i = 0; i < words.size(); ++i) {
-            result += (i == 0 ? "\"" : i + 1 == words.size() ? " or \"" : ", \"") + words[i] + "\"";
-        }
-        return result;
-    }
-    case fraction:
-        return "a number" + range + " or a text such as \"1/60\"" + unit;
-    case vector:
-        return (range.empty() ? "three finite numbers" : "three numbers" + range) + unit;
-    case direction:
-        return "three finite numbers, not all zero";
-    case quaternion:
-        return "four numbers w, x, y, z whose squares sum to 1";
-    case axis_angle:
-        return "four finite numbers: an axis x, y, z, not all zero, and an angle [degrees]";
-    case moments:
-        return "three or six finite numbers" + unit;
-    case counts:
-        return "three integers" + range;
-    case KeyType::color:
-        return "three numbers 0..1 (linear RGB) or \"#rrggbb\" (sRGB)";
-    case colors:
-        return "an array of colours, each three numbers 0..1 (linear RGB) or \"#rrggbb\" (sRGB)";
-    case pairs:
-        return "an array of at least two [radius, z]" + unit + ", radius >= 0, z not falling";
-    case points:
-        return "an array of at least four [x, y, z]" + unit;
-    case names:
-        return "one or two names of bodies";
-    case texts:
-        return "an array of names of bodies";
-    case words: {
-        std::string result = "an array of";
-        for (const std::string& word : choices_of(key)) {
-            result += (result.back() == 'f' ? " \"" : ", \"") + word + "\"";
-        }
-        return result;
-    }
-    case interval:
-        return "two numbers, the first less than the second" + unit;
-    case table:
-        return fmt::format("a table: {}", key.choices);
-    case tables:
-        return fmt::format("an array of tables: {}", key.choices);
-    }
-    return "";
-}
-
-std::string describe_component(const KeySpec& key) {
-    const std::string range = describe_range(key.range);
-    const std::string unit = key.unit.empty() ? "" : fmt::format(" [{}]", key.unit);
-    if (key.type == counts) {
-        return "an integer" + range + unit;
-    }
-    return (range.empty() ? "a finite number" : "a number" + range) + unit;
 }
 
 } // namespace sim

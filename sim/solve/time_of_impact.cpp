@@ -69,49 +69,55 @@ double impact_gap(const Contact& contact, const PairPoses& from, const PairPoses
     return contact.at.n.dot(point_a - point_b);
 }
 
+namespace {
+
+/// The last time [s] at which a gap that is `gap_early` [m] now, and closed at `late`, is still open: to rounding. Regula
+/// falsi, with bisection whenever it does not halve the bracket.
+template <typename F>
+double closing_time(F&& gap_at, double gap_early, double late, double gap_late) {
+    double early = 0.0;
+    const double rounding = 1e-15 * late;
+    for (int i = 0; i < root_iterations && late - early > rounding && gap_early > 0.0; ++i) {
+        const double width = late - early;
+        const double secant = early + width * gap_early / (gap_early - gap_late);
+        for (const double t : {secant, 0.5 * (early + late)}) {
+            if (t <= early || t >= late || late - early < 0.5 * width) {
+                continue;
+            }
+            const double gap = gap_at(t);
+            (gap >= 0.0 ? early : late) = t;
+            (gap >= 0.0 ? gap_early : gap_late) = gap;
+        }
+    }
+    return early > 0.0 ? early : late;
+}
+
+} // namespace
+
 std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Velocity> velocity,
                                      std::span<const PairContacts> pairs, const StepSettings& settings,
                                      double h) {
     std::optional<Impact> earliest;
     for (std::size_t p = 0; p < pairs.size(); ++p) {
-        const PairContacts& pair = pairs[p];
-        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
-        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-        for (std::size_t c = 0; c < pair.manifold.contacts.size(); ++c) {
-            const Contact& contact = pair.manifold.contacts[c];
+        const Manifold& manifold = pairs[p].manifold;
+        const auto a = static_cast<std::size_t>(manifold.body_a);
+        const auto b = static_cast<std::size_t>(manifold.body_b);
+        for (std::size_t c = 0; c < manifold.contacts.size(); ++c) {
+            const Contact& contact = manifold.contacts[c];
             const auto gap_at = [&](double t) {
                 return impact_gap(contact, {bodies.pose[a], bodies.pose[b]},
                                   {free_motion(bodies.props[a], bodies.pose[a], velocity[a], settings.gravity, t),
                                    free_motion(bodies.props[b], bodies.pose[b], velocity[b], settings.gravity, t)},
                                   touch_gap(settings));
             };
-            if (!is_impact(bodies, pair.manifold, contact, settings)) {
+            if (!is_impact(bodies, manifold, contact, settings)) {
                 continue;
             }
-            double late = earliest ? earliest->time : h;
-            double gap_late = gap_at(late);
-            if (gap_late >= 0.0) {
-                continue;
+            const double late = earliest ? earliest->time : h;
+            const double gap_late = gap_at(late);
+            if (gap_late < 0.0) {
+                earliest = Impact{closing_time(gap_at, contact.at.gap, late, gap_late), p, c};
             }
-            // Regula falsi with bisection whenever it does not halve the bracket.
-            double early = 0.0;
-            double gap_early = contact.at.gap;
-            for (int i = 0; i < root_iterations && late - early > 1e-15 * h && gap_early > 0.0; ++i) {
-                const double width = late - early;
-                const double secant = early + width * gap_early / (gap_early - gap_late);
-                for (const double t : {secant, 0.5 * (early + late)}) {
-                    if (t <= early || t >= late) {
-                        continue;
-                    }
-                    const double gap = gap_at(t);
-                    (gap >= 0.0 ? early : late) = t;
-                    (gap >= 0.0 ? gap_early : gap_late) = gap;
-                    if (late - early < 0.5 * width) {
-                        break;
-                    }
-                }
-            }
-            earliest = Impact{early > 0.0 ? early : late, p, c};
         }
     }
     return earliest;
