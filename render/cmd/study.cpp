@@ -99,7 +99,7 @@ Job job_of(const Study& study, const study::Task& task, const study::Motion* ref
         study::Motion motion;
         const auto engine = static_cast<std::size_t>(task.engine);
         const study::Point point =
-            study::run_task(study.plan, task, study.engines[engine], reference, motion, steps_done);
+            study::run_task({study.plan, task, study.engines[engine], steps_done}, reference, motion);
         if (reference == nullptr && point.status == study::Status::done) {
             write_motion(study, task, motion);
         }

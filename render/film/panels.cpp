@@ -39,7 +39,7 @@ void label(Image& picture, std::span<const std::string> lines, Font& font) {
         const glm::vec2 lower(label_edge - 3.0f, y - 2.0f);
         canvas.panel(lower, lower + glm::vec2(font.width(line, label_text) + 6.0f, label_text + 4.0f), 3.0f,
                      {glm::vec3(0.0f), 0.55f});
-        font.draw(canvas, {label_edge, y + 0.8f * label_text}, label_text, line, {});
+        font.draw(canvas, {label_edge, y + 0.8f * label_text}, line, {label_text, {}});
         y += label_text + 6.0f;
     }
 }

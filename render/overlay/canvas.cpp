@@ -170,13 +170,12 @@ void Canvas::panel(const glm::vec2& lower, const glm::vec2& upper, float radius,
     });
 }
 
-void Canvas::mask(int x, int y, int width, int height, std::span<const std::uint8_t> coverage,
-                  const Paint& paint) {
+void Canvas::mask(const Coverage& shape, const Paint& paint) {
+    const auto& [x, y, width, height, coverage] = shape;
     for (int row = std::max(0, -y); row < std::min(height, image_.height - y); ++row) {
         for (int column = std::max(0, -x); column < std::min(width, image_.width - x); ++column) {
-            const std::uint8_t share =
-                coverage[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-                         static_cast<std::size_t>(column)];
+            const std::uint8_t share = coverage[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                                                static_cast<std::size_t>(column)];
             if (share != 0) {
                 blend(x + column, y + row, paint, static_cast<float>(share) / 255.0f);
             }

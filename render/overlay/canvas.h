@@ -25,6 +25,15 @@ struct Pen {
     float dash = 0.0f;  ///< [px] length of dashes and of the gaps between; 0: unbroken
 };
 
+/// Coverage 0..255 of pixels, row by row, of which the first is (x, y).
+struct Coverage {
+    int x = 0;
+    int y = 0;
+    int width = 0;
+    int height = 0;
+    std::span<const std::uint8_t> share; ///< [height * width]
+};
+
 class Canvas {
 public:
     /// Draws into `image`, which must outlive this.
@@ -42,9 +51,7 @@ public:
     void arrow(const glm::vec2& from, const glm::vec2& to, float head, const Pen& pen);
     /// A rectangle with round corners.
     void panel(const glm::vec2& lower, const glm::vec2& upper, float radius, const Paint& paint);
-    /// Coverage 0..255 [height * width] whose first pixel is (x, y).
-    void mask(int x, int y, int width, int height, std::span<const std::uint8_t> coverage,
-              const Paint& paint);
+    void mask(const Coverage& shape, const Paint& paint);
 
 private:
     /// Pixels x0 .. x1 - 1, y0 .. y1 - 1.

@@ -252,8 +252,8 @@ Sheet sheet_of(const Figure& figure, const Font& font) {
     const vec2 size(static_cast<float>(figure.width) / static_cast<float>(figure.columns),
                     static_cast<float>(figure.height) / static_cast<float>(std::max(1, rows)));
     for (int i = 0; i < count; ++i) {
-        const vec2 corner(static_cast<float>(i % figure.columns) * size.x,
-                          static_cast<float>(i / figure.columns) * size.y);
+        const int row = i / figure.columns;
+        const vec2 corner(static_cast<float>(i % figure.columns) * size.x, static_cast<float>(row) * size.y);
         add_chart(sheet, figure.charts[static_cast<std::size_t>(i)], font, corner, size);
     }
     return sheet;
@@ -331,7 +331,7 @@ void fill_polygon(Canvas& canvas, const Fill& fill) {
     std::vector<std::uint8_t> coverage(share.size());
     std::transform(share.begin(), share.end(), coverage.begin(),
                    [](float s) { return static_cast<std::uint8_t>(std::lround(255.0f * std::min(1.0f, s))); });
-    canvas.mask(x0, y0, width, height, coverage, {fill.color, fill.alpha});
+    canvas.mask({x0, y0, width, height, coverage}, {fill.color, fill.alpha});
 }
 
 } // namespace
@@ -379,7 +379,7 @@ Image figure_image(const Figure& figure) {
         fill_polygon(canvas, fill);
     }
     for (const Words& words : sheet.words) {
-        font.draw(canvas, words.at, words.size, words.text, {ink, 1.0f}, words.align);
+        font.draw(canvas, words.at, words.text, {words.size, {ink, 1.0f}, words.align});
     }
     return image;
 }

@@ -147,33 +147,44 @@ void Overlay::draw_caption(Canvas& canvas, const sim::CaptionDef& caption, doubl
     }
     float baseline = top.y + Font::digit_height(size);
     for (const std::string& line : lines) {
-        font_.draw(canvas, {top.x, baseline}, size, line, faded(text_paint()), TextAlign::center);
+        font_.draw(canvas, {top.x, baseline}, line, {size, faded(text_paint()), TextAlign::center});
         baseline += row;
     }
 }
+
+namespace {
+
+/// One of the numbers in a row. One after the other, each as wide as it may become: numbers that change do not shift the
+/// others.
+struct Value {
+    const char* label;
+    std::string text;
+    const char* widest;
+};
+
+std::vector<Value> shown_values(const sim::SceneDef& scene, const sim::Snapshot& snapshot) {
+    std::vector<Value> values;
+    if (scene.overlay.shows(Shown::time)) {
+        values.push_back({"time", fmt::format("{:.2f} s", snapshot.time), "00.00 s"});
+    }
+    if (scene.overlay.shows(Shown::contacts)) {
+        values.push_back({"contacts", count_text(snapshot.contact_count), "0 000"});
+    }
+    if (scene.overlay.shows(Shown::energy)) {
+        const Energies now = energies(scene, snapshot);
+        values.push_back({"kinetic", energy_text(now.kinetic), "0.00 MJ"});
+        values.push_back({"potential", energy_text(now.potential), "0.00 MJ"});
+    }
+    return values;
+}
+
+} // namespace
 
 void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
     if (!has_text_) {
         return;
     }
-    // One after the other, each as wide as it may become: numbers that change do not shift the others.
-    struct Value {
-        const char* label;
-        std::string text;
-        const char* widest;
-    };
-    std::vector<Value> values;
-    if (scene_.overlay.shows(Shown::time)) {
-        values.push_back({"time", fmt::format("{:.2f} s", snapshot.time), "00.00 s"});
-    }
-    if (scene_.overlay.shows(Shown::contacts)) {
-        values.push_back({"contacts", count_text(snapshot.contact_count), "0 000"});
-    }
-    if (scene_.overlay.shows(Shown::energy)) {
-        const Energies now = energies(scene_, snapshot);
-        values.push_back({"kinetic", energy_text(now.kinetic), "0.00 MJ"});
-        values.push_back({"potential", energy_text(now.potential), "0.00 MJ"});
-    }
+    const std::vector<Value> values = shown_values(scene_, snapshot);
     const bool has_title = scene_.overlay.shows(Shown::title) && !scene_.title.empty();
     const float label_gap = 7.0f * scale_;
     const float value_gap = 20.0f * scale_;
@@ -208,13 +219,13 @@ void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
     glm::vec2 at = lower + inset;
     for (std::size_t i = 0; i < title.size(); ++i) {
         const float baseline = at.y + Font::digit_height(title_em) + title_row * static_cast<float>(i);
-        font_.draw(canvas, {at.x, baseline}, title_em, title[i], text_paint());
+        font_.draw(canvas, {at.x, baseline}, title[i], {title_em, text_paint()});
     }
     at.y += title_height + between + row_height;
     for (const Value& value : values) {
-        font_.draw(canvas, at, size, value.label, dim_paint());
-        font_.draw(canvas, at + glm::vec2(font_.width(value.label, size) + label_gap, 0.0f), size, value.text,
-                   text_paint());
+        font_.draw(canvas, at, value.label, {size, dim_paint()});
+        font_.draw(canvas, at + glm::vec2(font_.width(value.label, size) + label_gap, 0.0f), value.text,
+                   {size, text_paint()});
         at.x += width_of(value) + value_gap;
     }
 }
@@ -313,7 +324,7 @@ void Overlay::draw_plots(Canvas& canvas, const sim::Snapshot& snapshot, const No
             }
         }
         picture.range = value_range(plot, picture);
-        draw_plot(canvas, font_, picture, lower, lower + size, scale_);
+        draw_plot(canvas, font_, picture, {lower, lower + size, scale_});
         lower.y += (is_at_top ? 1.0f : -1.0f) * (size.y + 10.0f * scale_);
     }
 }
@@ -346,7 +357,7 @@ void Overlay::draw_color_legend(Canvas& canvas) {
     glm::vec2 at = lower + inset;
     for (const LegendEntry& entry : colors_.entries()) {
         canvas.disc(at + 0.4f * size, 0.45f * size, {entry.color, 1.0f});
-        font_.draw(canvas, at + glm::vec2(1.6f * size, 0.76f * size), size, entry.text, text_paint());
+        font_.draw(canvas, at + glm::vec2(1.6f * size, 0.76f * size), entry.text, {size, text_paint()});
         at.y += line;
     }
 }
@@ -356,7 +367,7 @@ void Overlay::draw_scale(Canvas& canvas, const glm::vec2& at, float width) {
     const float size = label_size * scale_;
     const std::array<double, 2>& range = colors_.range();
     const double spacing = tick_spacing(range, 4);
-    font_.draw(canvas, at + glm::vec2(0.0f, Font::digit_height(size)), size, colors_.title(), text_paint());
+    font_.draw(canvas, at + glm::vec2(0.0f, Font::digit_height(size)), colors_.title(), {size, text_paint()});
     const float top = at.y + std::round(1.35f * size);
     const float bottom = top + std::round(10.0f * scale_);
     for (float x = 0.0f; x < width; x += 1.0f) {
@@ -365,8 +376,8 @@ void Overlay::draw_scale(Canvas& canvas, const glm::vec2& at, float width) {
     }
     for (double k = std::ceil(range[0] / spacing - 1e-9); k * spacing <= range[1] + 1e-9 * spacing; ++k) {
         const auto share = static_cast<float>((k * spacing - range[0]) / (range[1] - range[0]));
-        font_.draw(canvas, {at.x + share * width, bottom + 1.15f * size}, size,
-                   tick_text(k * spacing, spacing), dim_paint(), TextAlign::center);
+        font_.draw(canvas, {at.x + share * width, bottom + 1.15f * size}, tick_text(k * spacing, spacing),
+                   {size, dim_paint(), TextAlign::center});
     }
 }
 
@@ -389,7 +400,7 @@ void Overlay::draw_contact_legend(Canvas& canvas) {
     glm::vec2 at = lower + inset;
     for (const LegendEntry& entry : entries) {
         canvas.disc(at + glm::vec2(0.4f * size), 0.42f * size, {entry.color, 1.0f});
-        font_.draw(canvas, at + glm::vec2(before_text, 0.76f * size), size, entry.text, text_paint());
+        font_.draw(canvas, at + glm::vec2(before_text, 0.76f * size), entry.text, {size, text_paint()});
         at.x += before_text + font_.width(entry.text, size) + between;
     }
 }

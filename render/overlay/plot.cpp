@@ -55,15 +55,15 @@ void draw_axes(Canvas& canvas, Font& font, const Axes& axes, float scale) {
     for (double k = std::ceil(axes.range[0] / rise - 1e-9); k * rise <= axes.range[1] + 1e-9 * rise; ++k) {
         const glm::vec2 left = axes.place({0.0, k * rise});
         canvas.stroke(std::array{left, glm::vec2(axes.upper.x, left.y)}, grid);
-        font.draw(canvas, left + glm::vec2(-6.0f * scale, drop), size, tick_text(k * rise, rise), dim_paint(),
-                  TextAlign::right);
+        font.draw(canvas, left + glm::vec2(-6.0f * scale, drop), tick_text(k * rise, rise),
+                  {size, dim_paint(), TextAlign::right});
     }
     const double step = tick_spacing({0.0, axes.duration}, 6);
     for (double k = 0.0; k * step <= axes.duration * (1.0 + 1e-9); ++k) {
         const glm::vec2 bottom = axes.place({k * step, axes.range[0]});
         const bool is_last = (k + 1.0) * step > axes.duration * (1.0 + 1e-9);
-        font.draw(canvas, bottom + glm::vec2(0.0f, 6.0f * scale + 2.0f * drop), size,
-                  tick_text(k * step, step) + (is_last ? " s" : ""), dim_paint(), TextAlign::center);
+        font.draw(canvas, bottom + glm::vec2(0.0f, 6.0f * scale + 2.0f * drop),
+                  tick_text(k * step, step) + (is_last ? " s" : ""), {size, dim_paint(), TextAlign::center});
     }
 }
 
@@ -89,8 +89,8 @@ void draw_names(Canvas& canvas, Font& font, const PlotPicture& plot, const Axes&
     }
     const float size = label_size * scale;
     for (const auto& [y, curve] : names) {
-        font.draw(canvas, {axes.upper.x + 9.0f * scale, y + 0.5f * Font::digit_height(size)}, size,
-                  curve->name, {curve->color, 1.0f});
+        font.draw(canvas, {axes.upper.x + 9.0f * scale, y + 0.5f * Font::digit_height(size)}, curve->name,
+                  {size, {curve->color, 1.0f}});
     }
 }
 
@@ -137,8 +137,8 @@ std::string tick_text(double value, double spacing) {
     return with_minus(text);
 }
 
-void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const glm::vec2& lower,
-               const glm::vec2& upper, float scale) {
+void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const PlotPlace& place) {
+    const auto& [lower, upper, scale] = place;
     canvas.panel(lower, upper, 8.0f * scale, panel_paint());
     const float size = label_size * scale;
     const double rise = plot.tick > 0.0 ? plot.tick : tick_spacing(plot.range, 4);
@@ -158,11 +158,11 @@ void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const glm::v
                     plot.range,
                     rise};
     const float baseline = lower.y + edge + Font::digit_height(title_size * scale);
-    font.draw(canvas, {lower.x + edge, baseline}, title_size * scale, plot.title, text_paint());
-    font.draw(canvas, {lower.x + edge + font.width(plot.title + "  ", title_size * scale), baseline},
-              title_size * scale, plot.unit, dim_paint());
+    font.draw(canvas, {lower.x + edge, baseline}, plot.title, {title_size * scale, text_paint()});
+    font.draw(canvas, {lower.x + edge + font.width(plot.title + "  ", title_size * scale), baseline}, plot.unit,
+              {title_size * scale, dim_paint()});
     draw_axes(canvas, font, axes, scale);
-    font.draw(canvas, {upper.x - edge, baseline}, size, plot.note, dim_paint(), TextAlign::right);
+    font.draw(canvas, {upper.x - edge, baseline}, plot.note, {size, dim_paint(), TextAlign::right});
     for (const PlotCurve& curve : plot.curves) {
         canvas.stroke(axes.place(curve.points), {{curve.color, 1.0f}, curve_width * scale, 0.0f});
     }

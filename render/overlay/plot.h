@@ -35,9 +35,13 @@ std::array<double, 2> nice_range(double lower, double upper);
 /// A tick's number, with no more digits than its spacing needs; a true minus sign.
 std::string tick_text(double value, double spacing);
 
-/// Draws the plot and its panel; `scale` [px] is the size of 1/720 of a picture's height.
-void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const glm::vec2& lower,
-               const glm::vec2& upper, float scale);
+/// Where a plot's panel lies [px].
+struct PlotPlace {
+    glm::vec2 lower;
+    glm::vec2 upper;
+    float scale = 1.0f; ///< [px] 1/720 of the picture's height
+};
+void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const PlotPlace& place);
 
 /// The look that all panels share.
 Paint panel_paint();

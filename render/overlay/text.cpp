@@ -132,17 +132,17 @@ const Font::Glyph& Font::glyph(int letter, float scale, int quarter) {
     return glyph;
 }
 
-void Font::draw(Canvas& canvas, const glm::vec2& at, float size, std::string_view text, const Paint& paint,
-                TextAlign align) {
+void Font::draw(Canvas& canvas, const glm::vec2& at, std::string_view text, const TextStyle& style) {
+    const float size = style.size;
     const float scale = stbtt_ScaleForMappingEmToPixels(&face_->info, size);
-    const float share = align == TextAlign::left ? 0.0f : align == TextAlign::center ? 0.5f : 1.0f;
-    const float start = at.x - (align == TextAlign::left ? 0.0f : share * width(text, size));
+    const float share = style.align == TextAlign::left ? 0.0f : style.align == TextAlign::center ? 0.5f : 1.0f;
+    const float start = at.x - (style.align == TextAlign::left ? 0.0f : share * width(text, size));
     const int baseline = static_cast<int>(std::round(at.y));
     walk(face_->info, text, [&](int letter, int offset) {
         const float quarters = std::round(4.0f * (start + scale * static_cast<float>(offset)));
         const int pen = static_cast<int>(std::floor(quarters / 4.0f));
         const Glyph& shape = glyph(letter, scale, static_cast<int>(quarters) - 4 * pen);
-        canvas.mask(pen + shape.x, baseline + shape.y, shape.width, shape.height, shape.coverage, paint);
+        canvas.mask({pen + shape.x, baseline + shape.y, shape.width, shape.height, shape.coverage}, style.paint);
     });
 }
 

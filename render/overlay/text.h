@@ -14,6 +14,12 @@ namespace render {
 /// Where the given point lies on a line of text.
 enum class TextAlign { left, center, right };
 
+struct TextStyle {
+    float size = 0.0f; ///< of an em [px]
+    Paint paint;
+    TextAlign align = TextAlign::left;
+};
+
 class Font {
 public:
     Font();
@@ -31,8 +37,7 @@ public:
     /// Height of a digit [px].
     static float digit_height(float size) { return 0.711f * size; }
     /// Draws one line with its baseline at `at`.
-    void draw(Canvas& canvas, const glm::vec2& at, float size, std::string_view text, const Paint& paint,
-              TextAlign align = TextAlign::left);
+    void draw(Canvas& canvas, const glm::vec2& at, std::string_view text, const TextStyle& style);
 
 private:
     struct Face;

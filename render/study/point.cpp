@@ -33,8 +33,8 @@ void advance(Engine& engine, std::int64_t steps, Point& point, std::atomic<std::
     point.cpu += thread_time() - start;
 }
 
-void run(const Plan& plan, const Task& task, const EngineKind& kind, Motion& motion, Point& point,
-         std::atomic<std::int64_t>& steps_done) {
+void simulate(const Run& run, Motion& motion, Point& point) {
+    const auto& [plan, task, kind, steps_done] = run;
     const sim::SceneDef scene = scene_of(plan, task);
     Engine engine = kind.make(scene, task.setting.variant);
     const std::int64_t between = task.steps / (plan.count - 1);
@@ -58,13 +58,13 @@ constexpr double least_time = 0.1;  // [s] measured in all: clocks and caches ma
 constexpr int most_repeats = 20;
 
 /// Least processor time of some runs more, if one is short.
-double repeated_time(const Plan& plan, const Task& task, const EngineKind& kind, double first) {
+double repeated_time(const Run& of, double first) {
     double least = first, sum = first;
     for (int i = 0; i < most_repeats && sum < least_time; ++i) {
         Motion motion;
         Point point;
         std::atomic<std::int64_t> steps = 0;
-        run(plan, task, kind, motion, point, steps);
+        simulate({of.plan, of.task, of.engine, steps}, motion, point);
         least = std::min(least, point.cpu);
         sum += point.cpu;
     }
@@ -80,8 +80,8 @@ nlohmann::json error_json(const Difference& error) {
 
 } // namespace
 
-Point run_task(const Plan& plan, const Task& task, const EngineKind& engine, const Motion* reference,
-               Motion& motion, std::atomic<std::int64_t>& steps_done) {
+Point run_task(const Run& run, const Motion* reference, Motion& motion) {
+    const Task& task = run.task;
     Point point;
     if (!task.refusal.empty()) {
         point.status = Status::refused;
@@ -89,20 +89,20 @@ Point run_task(const Plan& plan, const Task& task, const EngineKind& engine, con
         return point;
     }
     try {
-        run(plan, task, engine, motion, point, steps_done);
-        point.cpu = repeated_time(plan, task, engine, point.cpu);
+        simulate(run, motion, point);
+        point.cpu = repeated_time(run, point.cpu);
     } catch (const sim::Error& error) {
         point.status = error.code() == sim::ExitCode::stopped ? Status::stopped : Status::refused;
         point.message = error.what();
         return point;
     }
-    point.simulated = plan.duration();
+    point.simulated = run.plan.duration();
     const auto steps = static_cast<double>(task.steps);
     point.iterations /= steps;
     point.contacts /= steps;
     point.collisions /= steps;
     if (reference != nullptr) {
-        point.error = difference(plan.scene, motion, *reference);
+        point.error = difference(run.plan.scene, motion, *reference);
     }
     return point;
 }

@@ -29,10 +29,17 @@ struct Point {
     std::vector<std::vector<double>> series; ///< [count][statistics_count], of statistical scenes
 };
 
-/// Runs a task. motion: filled with the states at the plan's instants. reference: may be null. steps_done: counts, for
-/// those who watch. What the scene or the simulation refuses is a Point too. Throws nothing else but bad_alloc.
-Point run_task(const Plan& plan, const Task& task, const EngineKind& engine, const Motion* reference,
-               Motion& motion, std::atomic<std::int64_t>& steps_done);
+/// What is run.
+struct Run {
+    const Plan& plan;
+    const Task& task;
+    const EngineKind& engine;
+    std::atomic<std::int64_t>& steps_done; ///< counts, for those who watch
+};
+
+/// Runs a task. motion: filled with the states at the plan's instants. reference: may be null. What the scene or the
+/// simulation refuses is a Point too. Throws nothing else but bad_alloc.
+Point run_task(const Run& run, const Motion* reference, Motion& motion);
 
 /// A point as JSON, with `key`: what it was computed from.
 std::string point_to_json(const Point& point, const std::string& key);

@@ -60,7 +60,8 @@ TEST(canvas, what_lies_outside_is_cut_off) {
     canvas.disc({-40.0f, 8.0f}, 8.0f, white);
     canvas.panel({100.0f, 100.0f}, {120.0f, 120.0f}, 3.0f, white);
     canvas.stroke(std::array{glm::vec2(-1e6f, -9.0f), glm::vec2(1e6f, -9.0f)}, {white, 2.0f, 0.0f});
-    canvas.mask(14, 14, 4, 4, std::vector<std::uint8_t>(16, 255), white);
+    const std::vector<std::uint8_t> full(16, 255);
+    canvas.mask({14, 14, 4, 4, full}, white);
     EXPECT_DOUBLE_EQ(covered(image), 4.0); // the mask's corner only
     canvas.panel({-100.0f, -100.0f}, {100.0f, 100.0f}, 0.0f, white);
     EXPECT_DOUBLE_EQ(covered(image), 256.0);

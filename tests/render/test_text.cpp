@@ -15,7 +15,7 @@ struct Ink {
 Ink ink_of(Font& font, std::string_view text, float size) {
     Image image(400, 60);
     Canvas canvas(image);
-    font.draw(canvas, {10.0f, 40.0f}, size, text, {});
+    font.draw(canvas, {10.0f, 40.0f}, text, {size, {}});
     Ink ink;
     for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
@@ -75,7 +75,7 @@ TEST(text, alignment_moves_the_line_by_its_width) {
     Canvas on_left(left);
     Canvas on_right(right);
     const float width = font.width("12.5 s", 16.0f);
-    font.draw(on_left, {100.0f - width, 30.0f}, 16.0f, "12.5 s", {}, TextAlign::left);
-    font.draw(on_right, {100.0f, 30.0f}, 16.0f, "12.5 s", {}, TextAlign::right);
+    font.draw(on_left, {100.0f - width, 30.0f}, "12.5 s", {16.0f, {}, TextAlign::left});
+    font.draw(on_right, {100.0f, 30.0f}, "12.5 s", {16.0f, {}, TextAlign::right});
     EXPECT_EQ(left.rgb, right.rgb);
 }

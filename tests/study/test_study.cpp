@@ -30,7 +30,7 @@ Point base_point(const Plan& plan) {
     const Motion truth = law_motion(plan.scene, plan.def.law, plan.times());
     Motion motion;
     std::atomic<std::int64_t> steps = 0;
-    const Point point = run_task(plan, plan.tasks.front(), our_engine(), &truth, motion, steps);
+    const Point point = run_task({plan, plan.tasks.front(), our_engine(), steps}, &truth, motion);
     EXPECT_GE(steps, plan.tasks.front().steps);
     return point;
 }
@@ -104,7 +104,7 @@ TEST(study, a_setting_that_the_scene_refuses_is_a_point_of_its_own) {
     EXPECT_NE(largest.refusal, "");
     Motion motion;
     std::atomic<std::int64_t> steps = 0;
-    const Point point = run_task(plan, largest, our_engine(), nullptr, motion, steps);
+    const Point point = run_task({plan, largest, our_engine(), steps}, nullptr, motion);
     EXPECT_EQ(point.status, Status::refused);
     EXPECT_NE(point.message.find("time_step"), std::string::npos) << point.message;
 }
