@@ -119,13 +119,32 @@ OcclusionVolume::OcclusionVolume(const glm::vec3& lower, const glm::vec3& upper,
     levels_[0] = {size, std::vector<float>(static_cast<std::size_t>(size.x) * size.y * size.z, 0.0f)};
 }
 
-/// Adds share(p) 0..1 to each cell near the instance, p [m] in its frame.
-template <class Share>
-void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const Share& share) {
+/// A row of cells in an instance's frame [m]: the first at p, each further one a step on.
+struct CellRow {
+    glm::vec3 p;
+    glm::vec3 step;
+    float begin; ///< of the cells 0.. that are worth a look, the first and last
+    float end;
+
+    /// Keeps those where f, which changes by `slope` from cell to cell, is at most `limit`.
+    void keep(float f, float slope, float limit) {
+        if (std::abs(slope) <= 1e-6f * std::abs(limit)) {
+            end = f > limit ? -1.0f : end;
+        } else if (slope > 0.0f) {
+            end = std::min(end, (limit - f) / slope);
+        } else {
+            begin = std::max(begin, (limit - f) / slope);
+        }
+    }
+};
+
+/// Adds share(p) 0..1 to each cell near the instance, p [m] in its frame. A box of half extents `half` in that frame
+/// holds it; clip(row) keeps the cells of a row that it may reach.
+template <class Clip, class Share>
+void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const Clip& clip, const Share& share) {
     const glm::ivec3& size = levels_[0].size;
     const glm::vec3 center = (instance.position - lower_) / cell_;
-    // A box of half extents `half` in the instance's frame holds it; this is how far that reaches along the
-    // axes.
+    // How far the box reaches along the axes.
     glm::vec3 reach(0.5f);
     for (int axis = 0; axis < 3; ++axis) {
         glm::vec3 edge(0.0f);
@@ -134,41 +153,39 @@ void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const
     }
     const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(glm::max(center - reach, -1.0f))), 0);
     const glm::ivec3 to = glm::min(glm::ivec3(glm::ceil(glm::min(center + reach, 1e6f))), size);
-    const glm::vec3 step_x = turned_back(instance.orientation, {cell_, 0, 0});
+    CellRow cells{{}, turned_back(instance.orientation, {cell_, 0, 0}), 0.0f, 0.0f};
     for (int z = from.z; z < to.z; ++z) {
         for (int y = from.y; y < to.y; ++y) {
             const glm::vec3 first((static_cast<float>(from.x) + 0.5f - center.x) * cell_,
                                   (static_cast<float>(y) + 0.5f - center.y) * cell_,
                                   (static_cast<float>(z) + 0.5f - center.z) * cell_);
-            const glm::vec3 p = turned_back(instance.orientation, first);
-            // Only the part of the row that lies in the box of half extents `half`, and half a cell around
-            // it.
-            float begin = 0.0f;
-            float end = static_cast<float>(to.x - from.x - 1);
-            for (int axis = 0; axis < 3; ++axis) {
-                const float limit = half[axis] + 0.5f * cell_;
-                if (std::abs(step_x[axis]) > 1e-6f * cell_) {
-                    const float a = (-limit - p[axis]) / step_x[axis];
-                    const float b = (limit - p[axis]) / step_x[axis];
-                    begin = std::max(begin, std::min(a, b));
-                    end = std::min(end, std::max(a, b));
-                } else if (std::abs(p[axis]) > limit) {
-                    end = -1.0f;
-                }
-            }
+            cells.p = turned_back(instance.orientation, first);
+            cells.begin = 0.0f;
+            cells.end = static_cast<float>(to.x - from.x - 1);
+            clip(cells);
             float* row =
                 levels_[0].filled.data() + (static_cast<std::size_t>(z) * size.y + y) * size.x + from.x;
-            for (int i = static_cast<int>(std::ceil(begin)); static_cast<float>(i) <= end; ++i) {
-                row[i] = std::min(1.0f, row[i] + share(p + step_x * static_cast<float>(i)));
+            for (int i = static_cast<int>(std::ceil(cells.begin)); static_cast<float>(i) <= cells.end; ++i) {
+                row[i] = std::min(1.0f, row[i] + share(cells.p + cells.step * static_cast<float>(i)));
             }
         }
     }
 }
 
+/// Clips to a box of half extents `half`, and half a cell around it.
+auto OcclusionVolume::to_box(const glm::vec3& half) const {
+    return [limit = half + 0.5f * cell_](CellRow& row) {
+        for (int axis = 0; axis < 3; ++axis) {
+            row.keep(row.p[axis], row.step[axis], limit[axis]);
+            row.keep(-row.p[axis], -row.step[axis], limit[axis]);
+        }
+    };
+}
+
 void OcclusionVolume::add_box(const Instance& box) {
     const float inverse = 1.0f / cell_;
     const glm::vec3 half = box.scale * inverse + 0.5f;
-    add(box, box.scale, [&](const glm::vec3& p) {
+    add(box, box.scale, to_box(box.scale), [&](const glm::vec3& p) {
         const glm::vec3 inside = glm::clamp(half - glm::abs(p) * inverse, 0.0f, 1.0f);
         return inside.x * inside.y * inside.z;
     });
@@ -177,13 +194,14 @@ void OcclusionVolume::add_box(const Instance& box) {
 void OcclusionVolume::add_ellipsoid(const Instance& instance) {
     const glm::vec3 inverse_scale = 1.0f / instance.scale;
     const float least = std::min({instance.scale.x, instance.scale.y, instance.scale.z});
-    add(instance, instance.scale, [&](const glm::vec3& p) {
+    add(instance, instance.scale, to_box(instance.scale), [&](const glm::vec3& p) {
         return glm::clamp(0.5f + (1.0f - glm::length(p * inverse_scale)) * least / cell_, 0.0f, 1.0f);
     });
 }
 
 void OcclusionVolume::add_lathe(const Instance& instance, std::span<const glm::vec2> profile) {
-    add(instance, glm::vec3(instance.bounding_radius), [&](const glm::vec3& p) {
+    const glm::vec3 half(instance.bounding_radius);
+    add(instance, half, to_box(half), [&](const glm::vec3& p) {
         const float radius = profile_radius(profile, p.z);
         return radius <= 0.0f ? 0.0f
                               : glm::clamp(0.5f + (radius - glm::length(glm::vec2(p))) / cell_, 0.0f, 1.0f);
@@ -191,7 +209,14 @@ void OcclusionVolume::add_lathe(const Instance& instance, std::span<const glm::v
 }
 
 void OcclusionVolume::add_hull(const Instance& instance, std::span<const HullFace> faces) {
-    add(instance, glm::vec3(instance.bounding_radius), [&](const glm::vec3& p) {
+    const glm::vec3 half(instance.bounding_radius);
+    const auto clip = [&, to_ball = to_box(half)](CellRow& row) {
+        to_ball(row);
+        for (const HullFace& face : faces) {
+            row.keep(glm::dot(face.normal, row.p - face.corners[0]), glm::dot(face.normal, row.step), 0.51f * cell_);
+        }
+    };
+    add(instance, half, clip, [&](const glm::vec3& p) {
         float outside = -instance.bounding_radius;
         for (const HullFace& face : faces) {
             outside = std::max(outside, glm::dot(face.normal, p - face.corners[0]));

@@ -54,8 +54,9 @@ public:
     static constexpr int most_cells = 192;
 
 private:
-    template <class Share>
-    void add(const Instance& instance, const glm::vec3& half, const Share& share);
+    template <class Clip, class Share>
+    void add(const Instance& instance, const glm::vec3& half, const Clip& clip, const Share& share);
+    auto to_box(const glm::vec3& half) const;
 
     glm::vec3 lower_{0.0f}; ///< [m]
     float cell_ = 1.0f;     ///< [m]
