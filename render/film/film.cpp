@@ -181,16 +181,15 @@ void Film::list_shots() {
             }
         }
         const double open = open_at(state->frame);
-        if (output.shutter == 0.0) {
-            shot.list = plan_->list(colored, *state->snapshot);
-            listed_.push(std::move(shot));
-            continue;
-        }
-        shot.left = output.subframes;
-        for (const sim::Snapshot& moment : states_in_shutter(*state->snapshot, open, output.subframes)) {
+        const std::vector<sim::Snapshot> moments = output.shutter > 0.0
+                                                       ? states_in_shutter(*state->snapshot, open, output.subframes)
+                                                       : std::vector{*state->snapshot};
+        shot.left = static_cast<int>(moments.size());
+        for (DrawList& list : plan_->lists(colored, moments)) {
             --shot.left;
-            shot.list = plan_->list(colored, moment);
+            shot.list = std::move(list);
             listed_.push(shot);
+            shot.is_first = false;
         }
     }
     listed_.close();
@@ -260,11 +259,7 @@ void Film::finish_pictures() {
             if (!shot->depth.depth.empty()) {
                 depth = std::move(shot->depth);
             }
-            if (scene_.output.shutter > 0.0) {
-                mean.add(image);
-                image = shot->left == 0 ? mean.take() : Image();
-            }
-            if (shot->left == 0 && settings_.write_bodies) {
+            if (settings_.write_bodies && shot->is_first) {
                 const std::string name = frame_file_name(shot->state.frame);
                 for (const std::string& file :
                      write_body_image(settings_.folder, name, scene_, *shot->state.snapshot,
@@ -272,6 +267,8 @@ void Film::finish_pictures() {
                     body_files_.push_back(sim::describe_file(settings_.folder, file));
                 }
             }
+            mean.add(std::move(image), shot->list.redrawn);
+            image = shot->left == 0 ? mean.take() : Image();
             if (shot->left == 0 && overlay_.is_needed()) {
                 const double film_time = static_cast<double>(shot->state.frame) / scene_.output.fps.value();
                 overlay_.draw(image, {film_time, *shot->state.snapshot, *shot->state.notes, depth});

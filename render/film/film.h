@@ -94,7 +94,8 @@ private:
     struct Shot {
         State state;
         std::shared_ptr<const Image> kept{};
-        int left = 0; ///< shots of the frame that follow
+        bool is_first = true; ///< of the frame: a whole picture
+        int left = 0;         ///< shots of the frame that follow
         DrawList list{};
         RawPicture raw{};
         DepthPicture depth{}; ///< of the middle shot, where something lies over the picture

@@ -62,6 +62,7 @@ namespace render {
     X(glReadBuffer, PFNGLREADBUFFERPROC) \
     X(glReadPixels, PFNGLREADPIXELSPROC) \
     X(glRenderbufferStorage, PFNGLRENDERBUFFERSTORAGEPROC) \
+    X(glScissor, PFNGLSCISSORPROC) \
     X(glShaderSource, PFNGLSHADERSOURCEPROC) \
     X(glTexBuffer, PFNGLTEXBUFFERPROC) \
     X(glTexImage2D, PFNGLTEXIMAGE2DPROC) \

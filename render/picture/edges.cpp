@@ -40,7 +40,16 @@ struct RoundPart {
     glm::mat3 ray_from_window; ///< direction of the ray through (x, y, 1), such that w is the ray's parameter
     const LatheBand* first;    ///< bands of this group; none for a sphere
     const LatheBand* last;
+    float radius;         ///< that holds the bands, with some to spare
     const HullFace* face; ///< null: a body of revolution
+};
+
+/// Four rays, in the frame of a round part.
+struct Rays {
+    glm::vec3 origin;
+    Float4 x;
+    Float4 y;
+    Float4 z;
 };
 
 /// What a part number stands for.
@@ -74,8 +83,8 @@ glm::mat3 window_from_direction(const CameraBlock& camera, int width, int height
 /// All parts of a picture by number.
 class PartTable {
 public:
-    PartTable(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list)
-        : window_(window_from_direction(list.camera, raw.width, raw.height)), eye_(list.camera.eye) {
+    PartTable(const Viewport& viewport, const SceneGeometry& geometry, const DrawList& list)
+        : window_(window_from_direction(list.camera, viewport.width, viewport.height)), eye_(list.camera.eye) {
         refs_.push_back({});
         for (const Face& face : list.faces) {
             add_flat(face.center, face.half_u, face.half_v, true);
@@ -138,6 +147,10 @@ private:
         const auto add = [&](const LatheBand* first, const LatheBand* last) {
             part.first = first;
             part.last = last;
+            part.radius = 0.0f;
+            for (const LatheBand* band = first; band != last; ++band) {
+                part.radius = std::max({part.radius, 1.02f * band->lower.x, 1.02f * band->upper.x});
+            }
             refs_.push_back({PartRef::Kind::round, static_cast<std::uint32_t>(rounds_.size())});
             rounds_.push_back(part);
         };
@@ -186,23 +199,30 @@ private:
 
     static void follow_round(const RoundPart& part, int k, const glm::vec2& pixel, Samples& samples) {
         for (std::size_t half = 0; half < 2; ++half) {
-            Float4 inverse_w{};
+            Rays rays{part.origin, {}, {}, {}};
             for (int s = 0; s < 4; ++s) {
                 const glm::vec3 ray = part.ray_from_window[0] * (pixel.x + sample_x[half][s]) +
                                       part.ray_from_window[1] * (pixel.y + sample_y[half][s]) +
                                       part.ray_from_window[2];
-                float w = std::numeric_limits<float>::infinity();
-                if (part.face != nullptr) {
-                    w = meet_face(*part.face, part.origin, ray);
-                } else if (part.first == nullptr) {
-                    w = meet_sphere(part.origin, ray);
-                }
-                for (const LatheBand* band = part.first; band != part.last; ++band) {
-                    w = std::min(w, meet_band(*band, part.origin, ray));
-                }
-                inverse_w[s] = 1.0f / w;
+                rays.x[s] = ray.x;
+                rays.y[s] = ray.y;
+                rays.z[s] = ray.z;
             }
-            samples.meet(half, all(-1), inverse_w, k);
+            Float4 w = all(std::numeric_limits<float>::infinity());
+            for (int s = 0; s < 4 && part.first == nullptr; ++s) {
+                const glm::vec3 ray(rays.x[s], rays.y[s], rays.z[s]);
+                w[s] = part.face != nullptr ? meet_face(*part.face, part.origin, ray) : meet_sphere(part.origin, ray);
+            }
+            const Heights within = heights_within(part.radius, rays);
+            for (const LatheBand* band = part.first; band != part.last; ++band) {
+                const auto [low, high] = std::minmax(band->lower.y, band->upper.y);
+                if (high < within.low || low > within.high) {
+                    continue;
+                }
+                const Float4 t = meet_band(*band, rays);
+                w = chosen(t < w, t, w);
+            }
+            samples.meet(half, all(-1), all(1.0f) / w, k);
         }
     }
 
@@ -233,38 +253,66 @@ private:
         return t;
     }
 
-    /// The same for a cone's band, from outside or inside, or a flat ring.
-    static float meet_band(const LatheBand& band, const glm::vec3& o, const glm::vec3& ray) {
-        constexpr float none = std::numeric_limits<float>::infinity();
+    struct Heights {
+        float low;
+        float high;
+    };
+
+    /// Where the rays are while they are within a radius about z, or a little more.
+    static Heights heights_within(float radius, const Rays& rays) {
+        constexpr float most = std::numeric_limits<float>::max();
+        const glm::vec3& o = rays.origin;
+        const Float4 a = rays.x * rays.x + rays.y * rays.y;
+        const Float4 b = all(o.x) * rays.x + all(o.y) * rays.y;
+        const Float4 d = b * b - a * all(o.x * o.x + o.y * o.y - radius * radius);
+        const Float4 far_root = root(chosen(d > all(0.0f), d, all(0.0f)));
+        Heights within{most, -most};
+        for (const Float4& sum : {-b - far_root, -b + far_root}) {
+            const Float4 z = all(o.z) + sum / a * rays.z;
+            for (int s = 0; s < 4; ++s) {
+                // Along the axis, or nearly: anywhere.
+                within.low = std::isfinite(z[s]) ? std::min(within.low, z[s]) : -most;
+                within.high = std::isfinite(z[s]) ? std::max(within.high, z[s]) : most;
+            }
+        }
+        const float spare = 1e-3f * (radius + std::abs(o.z));
+        return {within.low - spare, within.high + spare};
+    }
+
+    /// The same of four rays for a cone's band, from outside or inside, or a flat ring.
+    static Float4 meet_band(const LatheBand& band, const Rays& rays) {
+        const Float4 none = all(std::numeric_limits<float>::infinity());
+        const glm::vec3& o = rays.origin;
         const float height = band.upper.y - band.lower.y;
         if (height == 0.0f) {
-            const float t = (band.lower.y - o.z) / ray.z;
-            const glm::vec2 p = glm::vec2(o) + t * glm::vec2(ray);
-            const float radius = glm::length(p);
+            const Float4 t = all(band.lower.y - o.z) / rays.z;
+            const Float4 x = all(o.x) + t * rays.x;
+            const Float4 y = all(o.y) + t * rays.y;
+            const Float4 radius = root(x * x + y * y);
             const auto [inner, outer] = std::minmax(band.lower.x, band.upper.x);
-            return t > 0.0f && radius >= inner && radius <= outer ? t : none;
+            return chosen((t > all(0.0f)) & (radius >= all(inner)) & (radius <= all(outer)), t, none);
         }
         // x^2 + y^2 = (q + k z)^2 along the ray.
         const float slope = (band.upper.x - band.lower.x) / height;
         const float radius = band.lower.x + slope * (o.z - band.lower.y);
-        const float a = ray.x * ray.x + ray.y * ray.y - slope * slope * ray.z * ray.z;
-        const float b = o.x * ray.x + o.y * ray.y - slope * ray.z * radius;
-        const float c = o.x * o.x + o.y * o.y - radius * radius;
-        const float d = b * b - a * c;
-        if (d < 0.0f || a == 0.0f) {
-            return none;
-        }
+        const Float4 a = rays.x * rays.x + rays.y * rays.y - all(slope * slope) * rays.z * rays.z;
+        const Float4 b = all(o.x) * rays.x + all(o.y) * rays.y - all(slope) * rays.z * all(radius);
+        const Float4 c = all(o.x * o.x + o.y * o.y - radius * radius);
+        const Float4 d = b * b - a * c;
         const auto [z0, z1] = std::minmax(band.lower.y, band.upper.y);
-        float nearest = none;
-        for (const float root : {-std::sqrt(d), std::sqrt(d)}) {
-            const float t = (-b + root) / a;
-            const float z = o.z + t * ray.z;
-            if (t > 0.0f && t < nearest && z >= z0 && z <= z1) {
-                nearest = t;
-            }
+        Float4 nearest = none;
+        const Int4 has_root = (d >= all(0.0f)) & (a != all(0.0f));
+        const Float4 far_root = root(chosen(has_root, d, all(0.0f)));
+        for (const Float4& sum : {-b - far_root, -b + far_root}) {
+            const Float4 t = sum / a;
+            const Float4 z = all(o.z) + t * rays.z;
+            const Int4 is_met = has_root & (t > all(0.0f)) & (t < nearest) & (z >= all(z0)) & (z <= all(z1));
+            nearest = chosen(is_met, t, nearest);
         }
         return nearest;
     }
+
+    static Float4 root(Float4 x) { return Float4{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])}; }
 
     glm::mat3 window_;
     glm::vec3 eye_;
@@ -367,8 +415,9 @@ Image flipped(const RawPicture& raw) {
     return image;
 }
 
-Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list) {
-    const PartTable parts(raw, geometry, list);
+Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list,
+                   const Viewport& viewport) {
+    const PartTable parts(viewport, geometry, list);
     Image image = flipped(raw);
     // Whether a pixel's part differs from those above or below (one element more at both ends), and from the
     // one to the right; whether any of 3 x 3 does.
@@ -406,8 +455,8 @@ Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const D
              ++at) {
             const auto x = static_cast<int>(at - is_edge.data());
             const Candidates found = collect(rows, x);
-            smooth_pixel(parts, found, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f},
-                         to + 3 * x);
+            const glm::vec2 pixel(static_cast<float>(raw.x + x) + 0.5f, static_cast<float>(raw.y + y) + 0.5f);
+            smooth_pixel(parts, found, pixel, to + 3 * x);
         }
     }
     return image;

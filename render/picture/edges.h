@@ -14,18 +14,22 @@
 
 namespace render {
 
-/// What OpenGL leaves: colours and part numbers at pixel centres, lowest row first.
+/// What OpenGL leaves of a rectangle of the picture: colours and part numbers at pixel centres, lowest row first.
 struct RawPicture {
+    int x = 0;                      ///< [px] from the picture's left edge
+    int y = 0;                      ///< [px] from its lower edge
     int width = 0;                  ///< [px]
     int height = 0;                 ///< [px]
     std::vector<std::uint8_t> rgba; ///< [height * width * 4]
     std::vector<std::uint32_t> ids; ///< [height * width] as in DrawList; 0: sky
 };
 
-/// The picture as it is, top row first.
+/// The rectangle as it is, top row first.
 Image flipped(const RawPicture& raw);
 
-/// The picture with smooth edges, top row first. geometry, list: what it was drawn from.
-Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list);
+/// The rectangle with smooth edges, top row first. Its outermost pixels are right only at the picture's own border.
+/// geometry, list: what it was drawn from.
+Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list,
+                   const Viewport& viewport);
 
 } // namespace render

@@ -11,10 +11,6 @@ namespace {
 
 constexpr std::size_t pixel_bytes = 4; // of colours, part numbers and depths alike
 
-void select_color(GLenum format) {
-    glReadBuffer(format == GL_RED_INTEGER ? GL_COLOR_ATTACHMENT1 : GL_COLOR_ATTACHMENT0);
-}
-
 } // namespace
 
 PictureReader::PictureReader(int width, int height, bool reads_ids, bool is_buffered)
@@ -22,40 +18,47 @@ PictureReader::PictureReader(int width, int height, bool reads_ids, bool is_buff
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
 }
 
-void PictureReader::start(GlBuffer& buffer, GLenum format, GLenum type) const {
+std::size_t PictureReader::Read::bytes() const {
+    return pixel_bytes * static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+}
+
+void PictureReader::Read::into(void* to) const {
+    glReadBuffer(format == GL_RED_INTEGER ? GL_COLOR_ATTACHMENT1 : GL_COLOR_ATTACHMENT0);
+    glReadPixels(rect.x, rect.y, rect.width, rect.height, format, type, to);
+}
+
+void PictureReader::start(GlBuffer& buffer, const Read& read) const {
     const bool is_new = buffer.get() == 0;
     if (is_new) {
         buffer = GlBuffer::create();
     }
     glBindBuffer(GL_PIXEL_PACK_BUFFER, buffer.get());
     if (is_new) {
-        glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(pixel_bytes * pixels()), nullptr, GL_STREAM_READ);
+        const std::size_t bytes = Read{whole(), read.format, read.type}.bytes();
+        glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_READ);
     }
-    select_color(format);
-    glReadPixels(0, 0, width_, height_, format, type, nullptr); // into the buffer, without waiting
+    read.into(nullptr); // into the buffer, without waiting
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
 }
 
 template <class Value>
-void PictureReader::take(const GlBuffer& buffer, GLenum format, GLenum type, std::vector<Value>& values) const {
-    values.resize(pixel_bytes * pixels() / sizeof(Value));
+void PictureReader::take(const GlBuffer& buffer, const Read& read, std::vector<Value>& values) const {
+    values.resize(read.bytes() / sizeof(Value));
     if (!is_buffered_) {
-        select_color(format);
-        glReadPixels(0, 0, width_, height_, format, type, values.data());
+        read.into(values.data());
         return;
     }
-    const std::size_t bytes = pixel_bytes * pixels();
     glBindBuffer(GL_PIXEL_PACK_BUFFER, buffer.get());
     const void* memory =
-        glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(bytes), GL_MAP_READ_BIT);
+        glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(read.bytes()), GL_MAP_READ_BIT);
     if (memory != nullptr) { // else the caller finds OpenGL's error
-        std::memcpy(values.data(), memory, bytes);
+        std::memcpy(values.data(), memory, read.bytes());
         glUnmapBuffer(GL_PIXEL_PACK_BUFFER);
     }
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
 }
 
-void PictureReader::begin(const glm::mat4& clip_from_world, bool has_depth) {
+void PictureReader::begin(const glm::mat4& clip_from_world, const PixelRect& rect, bool has_depth) {
     CHECK(begun_.size() < static_cast<std::size_t>(capacity()));
     if (free_.empty()) {
         free_.emplace_back();
@@ -63,14 +66,15 @@ void PictureReader::begin(const glm::mat4& clip_from_world, bool has_depth) {
     Begun begun = std::move(free_.front());
     free_.pop_front();
     begun.clip_from_world = clip_from_world;
+    begun.rect = rect;
     begun.has_depth = has_depth;
     if (is_buffered_) {
-        start(begun.color, GL_RGBA, GL_UNSIGNED_BYTE);
+        start(begun.color, {rect, GL_RGBA, GL_UNSIGNED_BYTE});
         if (reads_ids_) {
-            start(begun.ids, GL_RED_INTEGER, GL_UNSIGNED_INT);
+            start(begun.ids, {rect, GL_RED_INTEGER, GL_UNSIGNED_INT});
         }
         if (has_depth) {
-            start(begun.depth, GL_DEPTH_COMPONENT, GL_FLOAT);
+            start(begun.depth, {whole(), GL_DEPTH_COMPONENT, GL_FLOAT});
         }
     }
     begun_.push_back(std::move(begun));
@@ -80,17 +84,19 @@ void PictureReader::finish(RawPicture& raw, DepthPicture& depth) {
     CHECK(!begun_.empty());
     Begun begun = std::move(begun_.front());
     begun_.pop_front();
-    raw.width = width_;
-    raw.height = height_;
-    take(begun.color, GL_RGBA, GL_UNSIGNED_BYTE, raw.rgba);
+    raw.x = begun.rect.x;
+    raw.y = begun.rect.y;
+    raw.width = begun.rect.width;
+    raw.height = begun.rect.height;
+    take(begun.color, {begun.rect, GL_RGBA, GL_UNSIGNED_BYTE}, raw.rgba);
     if (reads_ids_) {
-        take(begun.ids, GL_RED_INTEGER, GL_UNSIGNED_INT, raw.ids);
+        take(begun.ids, {begun.rect, GL_RED_INTEGER, GL_UNSIGNED_INT}, raw.ids);
     }
     if (begun.has_depth) {
         depth.width = width_;
         depth.height = height_;
         depth.clip_from_world = begun.clip_from_world;
-        take(begun.depth, GL_DEPTH_COMPONENT, GL_FLOAT, depth.depth);
+        take(begun.depth, {whole(), GL_DEPTH_COMPONENT, GL_FLOAT}, depth.depth);
     }
     free_.push_back(std::move(begun));
 }

@@ -18,8 +18,9 @@ public:
     /// Pictures that may be begun while none is finished, >= 1.
     int capacity() const { return is_buffered_ ? 2 : 1; }
 
-    /// The picture in the framebuffer that is bound now; `capacity()` at most are begun and not finished: CHECK.
-    void begin(const glm::mat4& clip_from_world, bool has_depth);
+    /// A rectangle of the picture in the framebuffer that is bound now, and the depths of the whole picture;
+    /// `capacity()` at most are begun and not finished: CHECK.
+    void begin(const glm::mat4& clip_from_world, const PixelRect& rect, bool has_depth);
 
     /// The first that was begun and not finished; if it is not buffered, its framebuffer still is bound. depth: filled
     /// if begin() asked for it.
@@ -28,16 +29,27 @@ public:
 private:
     struct Begun {
         glm::mat4 clip_from_world{1.0f};
+        PixelRect rect{};
         bool has_depth = false;
         GlBuffer color{};
         GlBuffer ids{};
         GlBuffer depth{};
     };
 
+    /// What is read: of which pixels, and how told.
+    struct Read {
+        PixelRect rect;
+        GLenum format;
+        GLenum type;
+
+        std::size_t bytes() const;
+        void into(void* to) const;
+    };
+
     template <class Value>
-    void take(const GlBuffer& buffer, GLenum format, GLenum type, std::vector<Value>& values) const;
-    void start(GlBuffer& buffer, GLenum format, GLenum type) const;
-    std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
+    void take(const GlBuffer& buffer, const Read& read, std::vector<Value>& values) const;
+    void start(GlBuffer& buffer, const Read& read) const;
+    PixelRect whole() const { return {0, 0, width_, height_}; }
 
     int width_ = 0;
     int height_ = 0;

@@ -31,8 +31,12 @@ DrawList PicturePlan::list(const sim::SceneDef& colored, const sim::Snapshot& sn
     return make_draw_list(colored, geometry_, camera_, snapshot, viewport_);
 }
 
+std::vector<DrawList> PicturePlan::lists(const sim::SceneDef& colored, std::span<const sim::Snapshot> states) const {
+    return make_draw_lists(colored, geometry_, camera_, states, viewport_);
+}
+
 Image PicturePlan::picture(const RawPicture& raw, const DrawList& list) const {
-    return settings_.smooth_edges ? smooth_edges(raw, geometry_, list) : flipped(raw);
+    return settings_.smooth_edges ? smooth_edges(raw, geometry_, list, viewport_) : flipped(raw);
 }
 
 std::vector<std::uint32_t> body_ids(const RawPicture& raw, const DrawList& list) {
@@ -56,27 +60,61 @@ std::vector<sim::Snapshot> states_in_shutter(const sim::Snapshot& snapshot, doub
     return states;
 }
 
-void PictureMean::add(const Image& image) {
-    sum_.resize(image.rgb.size());
-    // Squares stand for light: close to the display's gamma of 2.2.
-    for (std::size_t k = 0; k < sum_.size(); ++k) {
-        sum_[k] += static_cast<std::uint32_t>(image.rgb[k]) * image.rgb[k];
+void PictureMean::add(Image image, const PixelRect& rect) {
+    if (count_++ == 0) {
+        mean_ = std::move(image);
+        return;
     }
-    width_ = image.width;
-    height_ = image.height;
-    ++count_;
+    // Without the outermost pixels, unless they are the picture's border.
+    const int left = rect.x == 0 ? 0 : 1;
+    const int bottom = rect.y == 0 ? 0 : 1;
+    const int top = rect.y + rect.height == mean_.height ? 0 : 1;
+    const int right = rect.x + rect.width == mean_.width ? 0 : 1;
+    const PixelRect kept{rect.x + left, rect.y + bottom, rect.width - left - right, rect.height - bottom - top};
+    CHECK(count_ == 2 || kept == rect_);
+    rect_ = kept;
+    if (count_ == 2) {
+        sum_.assign(3 * static_cast<std::size_t>(kept.width) * static_cast<std::size_t>(kept.height), 0);
+        for (int row = 0; row < kept.height; ++row) {
+            add_squares(mean_row(row), row);
+        }
+    }
+    const std::size_t stride = 3 * static_cast<std::size_t>(image.width);
+    const std::uint8_t* first =
+        image.rgb.data() + static_cast<std::size_t>(top) * stride + 3 * static_cast<std::size_t>(left);
+    for (int row = 0; row < kept.height; ++row) {
+        add_squares(first + static_cast<std::size_t>(row) * stride, row);
+    }
+}
+
+/// To a row of the sum. Squares stand for light: close to the display's gamma of 2.2.
+void PictureMean::add_squares(const std::uint8_t* values, int row) {
+    const std::size_t count = 3 * static_cast<std::size_t>(rect_.width);
+    std::uint32_t* sum = sum_.data() + static_cast<std::size_t>(row) * count;
+    for (std::size_t k = 0; k < count; ++k) {
+        sum[k] += static_cast<std::uint32_t>(values[k]) * values[k];
+    }
+}
+
+/// A row of the rectangle in the mean.
+std::uint8_t* PictureMean::mean_row(int row) {
+    const auto y = static_cast<std::size_t>(mean_.height - rect_.y - rect_.height + row);
+    return mean_.rgb.data() + 3 * (y * static_cast<std::size_t>(mean_.width) + static_cast<std::size_t>(rect_.x));
 }
 
 Image PictureMean::take() {
     CHECK(count_ > 0);
-    Image image(width_, height_);
     const float share = 1.0f / static_cast<float>(count_);
-    for (std::size_t k = 0; k < sum_.size(); ++k) {
-        image.rgb[k] = static_cast<std::uint8_t>(std::sqrt(static_cast<float>(sum_[k]) * share) + 0.5f);
-        sum_[k] = 0;
+    const std::size_t values = 3 * static_cast<std::size_t>(rect_.width);
+    for (int row = 0; count_ > 1 && row < rect_.height; ++row) {
+        const std::uint32_t* sum = sum_.data() + static_cast<std::size_t>(row) * values;
+        std::uint8_t* to = mean_row(row);
+        for (std::size_t k = 0; k < values; ++k) {
+            to[k] = static_cast<std::uint8_t>(std::sqrt(static_cast<float>(sum[k]) * share) + 0.5f);
+        }
     }
     count_ = 0;
-    return image;
+    return std::move(mean_);
 }
 
 } // namespace render

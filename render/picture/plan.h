@@ -8,6 +8,7 @@
 #include "sim/model/snapshot.h"
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,9 @@ public:
     DrawList list(const sim::Snapshot& snapshot) const { return list(scene_, snapshot); }
     /// The same of a scene that differs from the plan's in nothing but colours of bodies.
     DrawList list(const sim::SceneDef& colored, const sim::Snapshot& snapshot) const;
+    /// The same of several states of one picture; see make_draw_lists().
+    std::vector<DrawList> lists(const sim::SceneDef& colored, std::span<const sim::Snapshot> states) const;
+    std::vector<DrawList> lists(std::span<const sim::Snapshot> states) const { return lists(scene_, states); }
     /// The picture of what was drawn of the list.
     Image picture(const RawPicture& raw, const DrawList& list) const;
 
@@ -58,17 +62,22 @@ std::vector<std::uint32_t> body_ids(const RawPicture& raw, const DrawList& list)
 /// around the snapshot. Bodies keep the snapshot's velocities meanwhile.
 std::vector<sim::Snapshot> states_in_shutter(const sim::Snapshot& snapshot, double shutter, int count);
 
-/// Mean of pictures of one size: of their light, not of display values.
+/// Mean of pictures: of their light, not of display values.
 class PictureMean {
 public:
-    void add(const Image& image);
+    /// The first is a whole picture; rect: which part of it the image is. The others, all of one rect, are as the first
+    /// outside it.
+    void add(Image image, const PixelRect& rect);
     /// Of those added since the last call, at least one: CHECK.
     Image take();
 
 private:
-    int width_ = 0;
-    int height_ = 0;
-    std::vector<std::uint32_t> sum_; ///< of squares
+    void add_squares(const std::uint8_t* values, int row);
+    std::uint8_t* mean_row(int row);
+
+    Image mean_;                     ///< the first
+    PixelRect rect_;                 ///< where the others differ from it
+    std::vector<std::uint32_t> sum_; ///< of squares, in rect_, top row first
     int count_ = 0;
 };
 

@@ -262,7 +262,7 @@ struct Renderer::Impl {
         upload_frame(list);
         draw_shadow_map(list);
         draw_picture(list);
-        reader.begin(list.camera.clip_from_world, has_depth);
+        reader.begin(list.camera.clip_from_world, list.redrawn, has_depth);
         if (!context.is_software()) {
             glFlush(); // the card begins
         }
@@ -323,9 +323,15 @@ struct Renderer::Impl {
                                             batch.count, static_cast<GLuint>(batch.first));
     }
 
+    static void draw_only(const PixelRect& rect) {
+        glEnable(GL_SCISSOR_TEST);
+        glScissor(rect.x, rect.y, rect.width, rect.height);
+    }
+
     void draw_shadow_map(const DrawList& list) {
         glBindFramebuffer(GL_FRAMEBUFFER, shadow_framebuffer.get());
         glViewport(0, 0, viewport.shadow_size, viewport.shadow_size);
+        draw_only(list.shadows_redrawn);
         glEnable(GL_DEPTH_TEST);
         glDepthMask(GL_TRUE);
         glDepthFunc(GL_LESS);
@@ -377,6 +383,7 @@ struct Renderer::Impl {
     void draw_picture(const DrawList& list) {
         glBindFramebuffer(GL_FRAMEBUFFER, picture.framebuffer.get());
         glViewport(0, 0, viewport.width, viewport.height);
+        draw_only(list.redrawn);
         // Depth 1 is near, 0 far (see CameraBlock).
         glDepthFunc(GL_GREATER);
         glClearDepth(0.0);
@@ -461,7 +468,11 @@ const DepthPicture& Renderer::depth() const {
 }
 
 Image Renderer::draw(const sim::Snapshot& snapshot) {
-    impl_->last_list = impl_->plan->list(snapshot);
+    return draw_list(impl_->plan->list(snapshot));
+}
+
+Image Renderer::draw_list(DrawList list) {
+    impl_->last_list = std::move(list);
     impl_->begin(impl_->last_list, true);
     impl_->finish(impl_->raw, impl_->last_depth);
     return impl_->plan->picture(impl_->raw, impl_->last_list);
@@ -469,8 +480,9 @@ Image Renderer::draw(const sim::Snapshot& snapshot) {
 
 Image Renderer::draw_blurred(const sim::Snapshot& snapshot, double shutter, int count) {
     PictureMean mean;
-    for (const sim::Snapshot& state : states_in_shutter(snapshot, shutter, count)) {
-        mean.add(draw(state));
+    for (DrawList& list : impl_->plan->lists(states_in_shutter(snapshot, shutter, count))) {
+        const PixelRect rect = list.redrawn;
+        mean.add(draw_list(std::move(list)), rect);
     }
     return mean.take();
 }

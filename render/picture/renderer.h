@@ -24,8 +24,8 @@ public:
     Renderer& operator=(Renderer&&) noexcept;
 
     /// The middle stage, in two parts, so that a graphics card draws while the processor takes the picture before.
-    /// Begins a picture of a list of the plan; has_depth: its depths will be read too. `capacity()` at most are begun
-    /// and not finished: CHECK. Throws Error (io) if OpenGL fails.
+    /// Begins a picture of a list of the plan; of lists made together, in their order. has_depth: its depths will be
+    /// read too. `capacity()` at most are begun and not finished: CHECK. Throws Error (io) if OpenGL fails.
     void begin(const DrawList& list, bool has_depth);
     /// The first picture that is begun and not finished; depth is filled if it was asked for. Throws Error (io) if
     /// OpenGL fails.
@@ -44,13 +44,16 @@ public:
     /// Of the last picture of a snapshot.
     const DepthPicture& depth() const;
 
-    /// Which body each pixel's centre of the last picture of a snapshot shows: body_ids() of plan.h.
+    /// Which body each pixel's centre of the last picture of a snapshot shows, unless it was blurred: body_ids() of
+    /// plan.h.
     std::vector<std::uint32_t> body_ids() const;
 
     /// Name and version of the OpenGL library.
     std::string renderer_string() const;
 
 private:
+    Image draw_list(DrawList list);
+
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

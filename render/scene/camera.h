@@ -12,6 +12,8 @@ struct View {
     sim::Vec3 eye = sim::Vec3::Zero();    ///< [m]
     sim::Vec3 target = sim::Vec3::Zero(); ///< [m]
     double fov_degrees = 40.0;            ///< vertical
+
+    friend bool operator==(const View&, const View&) = default;
 };
 
 /// The snapshot after the time dt [s], either way, in which all bodies keep their velocities.

@@ -1,5 +1,6 @@
 #include "render/scene/draw_list.h"
 
+#include "render/scene/changed.h"
 #include "render/scene/faces.h"
 #include "sim/base/error.h"
 
@@ -54,25 +55,31 @@ std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& 
     return floors;
 }
 
-OcclusionVolume make_occlusion(const SceneGeometry& geometry, const Parts& parts,
-                               const std::vector<Floor>& floors, const glm::vec3& target, float reach) {
-    glm::vec3 lower(std::numeric_limits<float>::max());
-    glm::vec3 upper(std::numeric_limits<float>::lowest());
-    const auto include = [&](const Part& part) {
+/// What bodies fill, the target's surroundings only.
+struct Filled {
+    glm::vec3 lower{std::numeric_limits<float>::max()};
+    glm::vec3 upper{std::numeric_limits<float>::lowest()};
+    glm::vec3 target;
+    float reach;
+
+    void include(const Part& part) {
         const float radius = part.instance.bounding_radius;
         if (glm::length(part.instance.position - target) < reach && part.mesh != mesh_id::rod) {
             lower = glm::min(lower, part.instance.position - radius);
             upper = glm::max(upper, part.instance.position + radius);
         }
-    };
-    std::for_each(parts.boxes.begin(), parts.boxes.end(), include);
-    std::for_each(parts.rounds.begin(), parts.rounds.end(), include);
-    if (lower.x > upper.x) {
+    }
+};
+
+OcclusionVolume make_occlusion(const SceneGeometry& geometry, const Parts& parts,
+                               const std::vector<Floor>& floors, const Filled& filled) {
+    if (filled.lower.x > filled.upper.x) {
         return {};
     }
     const float cell = geometry.occlusion_cell;
-    OcclusionVolume volume(glm::max(lower, target - reach) - occlusion_margin_cells * cell,
-                           glm::min(upper, target + reach) + occlusion_margin_cells * cell, cell);
+    OcclusionVolume volume(
+        glm::max(filled.lower, filled.target - filled.reach) - occlusion_margin_cells * cell,
+        glm::min(filled.upper, filled.target + filled.reach) + occlusion_margin_cells * cell, cell);
     for (const Part& part : parts.boxes) {
         volume.add_box(part.instance);
     }
@@ -173,57 +180,151 @@ FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume
     return result;
 }
 
-} // namespace
+/// A view, and the states that it shows.
+struct Shown {
+    const sim::SceneDef& scene;
+    const SceneGeometry& geometry;
+    View view;
+    double scale; ///< [m] of the picture: view_scale() of the camera
+    std::span<const sim::Snapshot> states;
+};
 
-DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,
-                        const sim::CameraDef& camera, const sim::Snapshot& snapshot,
-                        const Viewport& viewport) {
-    CHECK(snapshot.bodies.size() == scene.bodies.size());
-    const double aspect = static_cast<double>(viewport.width) / viewport.height;
-    const View view = camera_view(camera, snapshot, aspect);
-    const ViewPoint view_point{to_glm_double(view.eye), to_glm_double(view.target), view.fov_degrees, aspect};
-    const double scale = view_scale(camera);
-    const auto extent = static_cast<double>(geometry.floor_extent);
+std::vector<Parts> parts_of(const Shown& shown, const Viewport& viewport) {
+    const PartSetup setup{rod_radius_in_views * shown.scale,
+                          viewport.height / (2.0 * std::tan(0.5 * glm::radians(shown.view.fov_degrees)))};
+    std::vector<Parts> parts;
+    for (const sim::Snapshot& state : shown.states) {
+        parts.push_back(collect_parts(shown.scene, shown.geometry, state, shown.view, setup));
+    }
+    return parts;
+}
 
-    const Parts parts = collect_parts(
-        scene, geometry, snapshot, view,
-        {rod_radius_in_views * scale, viewport.height / (2.0 * std::tan(0.5 * glm::radians(view.fov_degrees)))});
-
-    DrawList list;
-    list.floors = make_floors(scene, snapshot, view);
-
-    std::vector<Instance> all;
-    for (const std::vector<Part>* group : {&parts.boxes, &parts.rounds}) {
-        for (const Part& part : *group) {
-            all.push_back(part.instance);
+/// Camera, sun's view and floors, such that they do for the parts of all states; the filled part of space.
+DrawList common_list(const Shown& shown, const std::vector<Parts>& parts, const Viewport& viewport, Filled& filled) {
+    const SceneGeometry& geometry = shown.geometry;
+    std::vector<Instance> boxes;
+    std::vector<Instance> rounds;
+    for (const Parts& state : parts) {
+        for (const Part& part : state.boxes) {
+            boxes.push_back(part.instance);
+            filled.include(part);
+        }
+        for (const Part& part : state.rounds) {
+            rounds.push_back(part.instance);
+            filled.include(part);
         }
     }
-    list.boxes.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(parts.boxes.size()));
-    const std::span<const Instance> rounds = std::span<const Instance>(all).subspan(parts.boxes.size());
+    std::vector<Instance> all = boxes;
+    all.insert(all.end(), rounds.begin(), rounds.end());
+
+    DrawList list;
+    list.redrawn = {0, 0, viewport.width, viewport.height};
+    list.shadows_redrawn = {0, 0, viewport.shadow_size, viewport.shadow_size};
+    list.floors = make_floors(shown.scene, shown.states.front(), shown.view);
+    const ViewPoint view_point{to_glm_double(shown.view.eye), to_glm_double(shown.view.target), shown.view.fov_degrees,
+                               static_cast<double>(viewport.width) / viewport.height};
+    const auto extent = static_cast<double>(geometry.floor_extent);
     list.camera = make_camera(view_point, depth_range(view_point, all, extent, !list.floors.empty()));
     const double margin = static_cast<double>(occlusion_margin_cells * geometry.occlusion_cell);
     list.shadow =
-        make_shadow_volume({glm::dvec3(geometry.light.to_sun), view_point.target, scale, reach_in_views,
-                            margin, viewport.shadow_size, least_texel_in_views * scale},
+        make_shadow_volume({glm::dvec3(geometry.light.to_sun), view_point.target, shown.scale, reach_in_views,
+                            margin, viewport.shadow_size, least_texel_in_views * shown.scale},
                            all);
     const float occlusion_reach = 2.0f * occlusion_margin_cells * geometry.occlusion_cell;
     const FloorRegionSetup region{geometry.light.to_sun, 3.0f * list.shadow.texel_size, occlusion_reach,
                                   2.0f * geometry.floor_extent};
     for (Floor& floor : list.floors) {
-        floor.region = make_floor_region(floor.frame, region, list.boxes, rounds);
+        floor.region = make_floor_region(floor.frame, region, boxes, rounds);
         floor.ring_scale = ring_scale(floor.region, geometry.floor_extent);
     }
-    if (scene.output.ambient_occlusion) {
-        list.occlusion =
-            make_occlusion(geometry, parts, list.floors, glm::vec3(view_point.target), static_cast<float>(scale));
+    return list;
+}
+
+/// Adds one state's parts to what it has in common with the others.
+void add_state(const Shown& shown, const Parts& parts, const Filled& filled, DrawList& list) {
+    for (const Part& part : parts.boxes) {
+        list.boxes.push_back(part.instance);
+    }
+    if (shown.scene.output.ambient_occlusion) {
+        list.occlusion = make_occlusion(shown.geometry, parts, list.floors, filled);
     }
     for (Floor& floor : list.floors) {
         floor.occlusion = floor_occlusion(floor, list.occlusion);
     }
-    add_faces(parts.boxes, geometry, list);
-    fill_rounds(parts.rounds, geometry, list);
+    add_faces(parts.boxes, shown.geometry, list);
+    fill_rounds(parts.rounds, shown.geometry, list);
     list.mirrored = find_mirrored(parts);
-    return list;
+}
+
+/// Whether bodies are not where they are in the first state: [body + 1]; [0]: of joints' rods.
+std::vector<bool> moving_bodies(std::span<const sim::Snapshot> states) {
+    std::vector<bool> moves(states.front().bodies.size() + 1, false);
+    moves[0] = true;
+    for (const sim::Snapshot& state : states) {
+        for (std::size_t i = 0; i < state.bodies.size(); ++i) {
+            const sim::BodySnapshot& first = states.front().bodies[i];
+            const sim::BodySnapshot& body = state.bodies[i];
+            if (body.position != first.position || body.orientation.coeffs() != first.orientation.coeffs()) {
+                moves[i + 1] = true;
+            }
+        }
+    }
+    return moves;
+}
+
+/// Planes stand still: their floors are those of the first state.
+bool has_moving_floor(const sim::SceneDef& scene, const std::vector<bool>& moves) {
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        if (moves[i + 1] && std::holds_alternative<sim::Plane>(scene.bodies[i].shape)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+} // namespace
+
+DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,
+                        const sim::CameraDef& camera, const sim::Snapshot& snapshot,
+                        const Viewport& viewport) {
+    return std::move(make_draw_lists(scene, geometry, camera, {&snapshot, 1}, viewport).front());
+}
+
+std::vector<DrawList> make_draw_lists(const sim::SceneDef& scene, const SceneGeometry& geometry,
+                                      const sim::CameraDef& camera, std::span<const sim::Snapshot> states,
+                                      const Viewport& viewport) {
+    CHECK(!states.empty());
+    const double aspect = static_cast<double>(viewport.width) / viewport.height;
+    const View view = camera_view(camera, states.front(), aspect);
+    bool is_still = true;
+    for (const sim::Snapshot& state : states) {
+        CHECK(state.bodies.size() == scene.bodies.size());
+        is_still = is_still && camera_view(camera, state, aspect) == view;
+    }
+    const std::vector<bool> moves = moving_bodies(states);
+    std::vector<DrawList> lists;
+    if (states.size() > 1 && (!is_still || has_moving_floor(scene, moves))) {
+        for (const sim::Snapshot& state : states) {
+            lists.push_back(make_draw_list(scene, geometry, camera, state, viewport));
+        }
+        return lists;
+    }
+    const Shown shown{scene, geometry, view, view_scale(camera), states};
+    const std::vector<Parts> parts = parts_of(shown, viewport);
+    Filled filled{.target = to_glm(view.target), .reach = static_cast<float>(shown.scale)};
+    const DrawList common = common_list(shown, parts, viewport, filled);
+    for (const Parts& state : parts) {
+        lists.push_back(common);
+        add_state(shown, state, filled, lists.back());
+    }
+    if (states.size() > 1) {
+        const Changed changed = find_changed({geometry, parts, lists, moves}, viewport);
+        for (std::size_t i = 1; i < lists.size(); ++i) {
+            lists[i].redrawn = changed.picture;
+            lists[i].shadows_redrawn = changed.shadows;
+        }
+    }
+    return lists;
 }
 
 } // namespace render

@@ -12,6 +12,7 @@
 #include <glm/glm.hpp>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace render {
@@ -96,6 +97,8 @@ struct Floor {
 
 struct DrawList {
     CameraBlock camera;
+    PixelRect redrawn; ///< the rest of the picture is as in the first list that was made with this one
+    PixelRect shadows_redrawn; ///< the same of the shadow map
     ShadowVolume shadow;
     std::vector<Instance> boxes;  ///< all boxes, for the shadow map; not what the camera sees
     std::vector<Instance> rounds; ///< grouped by batch, nearest first within one
@@ -120,5 +123,11 @@ struct Viewport {
 DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,
                         const sim::CameraDef& camera, const sim::Snapshot& snapshot,
                         const Viewport& viewport);
+
+/// The same of several states that one picture shows, at least one. If the camera stands still, all but the first are
+/// drawn anew only where they may differ.
+std::vector<DrawList> make_draw_lists(const sim::SceneDef& scene, const SceneGeometry& geometry,
+                                      const sim::CameraDef& camera, std::span<const sim::Snapshot> states,
+                                      const Viewport& viewport);
 
 } // namespace render

@@ -29,6 +29,16 @@ struct Instance {
 };
 static_assert(sizeof(Instance) == 5 * 16);
 
+/// Pixels of a picture, counted from its lowest left corner.
+struct PixelRect {
+    int x = 0;
+    int y = 0;
+    int width = 0;
+    int height = 0;
+
+    friend bool operator==(const PixelRect&, const PixelRect&) = default;
+};
+
 struct CameraBlock {
     glm::mat4 clip_from_world; ///< depth 1 at the near plane, 0 at the far plane
     glm::mat4 world_from_clip;

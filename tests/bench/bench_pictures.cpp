@@ -1,5 +1,5 @@
-/// The funnel's film: wall and processor time of its pictures by preset, of the whole run beside simulation
-/// and pictures alone, and of a PNG beside stb's. Arguments: TUMBLE [REPEATS]. Writes out/bench/pictures.md.
+/// Wall and processor time of the pictures of the funnel's film by preset and of a film with motion blur; of the funnel's
+/// whole run beside simulation and pictures alone; of a PNG beside stb's. Arguments: TUMBLE [REPEATS]. Writes out/bench/pictures.md.
 #include "render/film/film.h"
 #include "render/picture/image.h"
 #include "sim/base/file_io.h"
@@ -67,12 +67,14 @@ Times best_of(int repeats, const std::string& command) {
 
 struct Film {
     const char* name;
+    const char* scene;
     const char* options;
     double goal; ///< [ms] wall a frame
 };
-constexpr Film films[] = {{"standard, 1280x720", "", 32.0},
-                          {"draft, 1280x720", " --preset draft", 20.0},
-                          {"standard, 1920x1080", " --size 1920x1080", 60.0}};
+constexpr Film films[] = {{"standard, 1280x720", "funnel", "", 24.0},
+                          {"draft, 1280x720", "funnel", " --preset draft", 15.0},
+                          {"standard, 1920x1080", "funnel", " --size 1920x1080", 42.0},
+                          {"tippe top, 16 sub-frames", "tippe_top", "", 69.0}}; // 25 s
 
 /// Least processor time of this thread in some repetitions [ms].
 template <class Work>
@@ -128,10 +130,10 @@ int main(int argc, char** argv) {
     const auto out = [](const std::string& name) { return " --out '" + (folder / name).string() + "'"; };
 
     const Times simulation = best_of(1, tumble + " simulate '" + scene + "'" + out("sim"));
-    const std::string trajectory = "'" + (folder / "sim/funnel/trajectory.h5").string() + "'";
-    constexpr int frame_count = 360;
+    best_of(1, tumble + " simulate '" TUMBLE_SCENE_DIR "/tippe_top.toml'" + out("sim"));
+    constexpr int frame_count = 360; // of each film
     std::string text = fmt::format(
-        "# Pictures of the funnel, {} frames, {} cores, the best of {}\n\n"
+        "# Films of {} frames, {} cores, the best of {}\n\n"
         "PNG and MP4 written, start-up included; [ms] a frame.\n\n"
         "| film | wall | goal | processor | list | draw | edges | png | video | pixels in threads of their own, start-up |\n"
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
@@ -139,8 +141,9 @@ int main(int argc, char** argv) {
     double pictures = 0.0;
     for (std::size_t i = 0; i < std::size(films); ++i) {
         const Film& film = films[i];
+        const std::string trajectory = (folder / "sim" / film.scene / "trajectory.h5").string();
         const Times times =
-            best_of(repeats, tumble + " render " + trajectory + film.options + out(std::to_string(i)));
+            best_of(repeats, tumble + " render '" + trajectory + "'" + film.options + out(std::to_string(i)));
         const std::string stages = sim::read_text_file(printed);
         std::string columns;
         double sum = 0.0;
