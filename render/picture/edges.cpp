@@ -330,6 +330,21 @@ struct Candidates {
     std::array<std::uint32_t, 9> id;
     std::array<std::array<int, 3>, 9> color; ///< sum over the pixels
     std::array<int, 9> pixels;
+
+    void add(std::uint32_t part, const std::uint8_t* rgb) {
+        const int k = static_cast<int>(std::find(id.begin(), id.begin() + count, part) - id.begin());
+        if (k == count) {
+            id[k] = part;
+            color[k] = {rgb[0], rgb[1], rgb[2]};
+            pixels[k] = 1;
+            ++count;
+        } else if (k > 0) { // the part at the pixel's own centre keeps the colour it has there
+            for (int c = 0; c < 3; ++c) {
+                color[k][c] += rgb[c];
+            }
+            ++pixels[k];
+        }
+    }
 };
 
 /// Colours and part numbers of one row and its neighbours; the picture's border repeats.
@@ -342,24 +357,7 @@ struct RowWindow {
 Candidates collect(const RowWindow& rows, int x) {
     Candidates found;
     const auto add = [&](int row, int column) {
-        const std::uint32_t id = rows.ids[row][column];
-        const std::uint8_t* color = rows.rgba[row] + 4 * static_cast<std::size_t>(column);
-        for (int k = 0; k < found.count; ++k) {
-            if (found.id[k] == id) {
-                // The part at the pixel's own centre keeps the colour it has there.
-                if (k > 0) {
-                    for (int c = 0; c < 3; ++c) {
-                        found.color[k][c] += color[c];
-                    }
-                    ++found.pixels[k];
-                }
-                return;
-            }
-        }
-        const int k = found.count++;
-        found.id[k] = id;
-        found.color[k] = {color[0], color[1], color[2]};
-        found.pixels[k] = 1;
+        found.add(rows.ids[row][column], rows.rgba[row] + 4 * static_cast<std::size_t>(column));
     };
     const int left = std::max(x - 1, 0);
     const int right = std::min(x + 1, rows.width - 1);

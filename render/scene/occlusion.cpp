@@ -243,35 +243,35 @@ void OcclusionVolume::add_half_space(const glm::vec3& origin, const glm::vec3& n
     }
 }
 
-void OcclusionVolume::finish() {
-    for (std::size_t k = 1; k < levels_.size(); ++k) {
-        const Level& fine = levels_[k - 1];
-        const glm::ivec3 size = (fine.size + 1) / 2;
-        Level coarse{size, std::vector<float>(static_cast<std::size_t>(size.x) * size.y * size.z, 0.0f)};
-        std::vector<float> sum(static_cast<std::size_t>(size.x) * 2, 0.0f);
-        for (int z = 0; z < size.z; ++z) {
-            for (int y = 0; y < size.y; ++y) {
-                // The four rows of one row of larger cells are added first, then its columns.
-                std::fill(sum.begin(), sum.end(), 0.0f);
-                for (int i = 0; i < 4; ++i) {
-                    const int fine_z = 2 * z + i / 2;
-                    const int fine_y = 2 * y + i % 2;
-                    if (fine_z < fine.size.z && fine_y < fine.size.y) {
-                        const float* row =
-                            fine.filled.data() +
-                            (static_cast<std::size_t>(fine_z) * fine.size.y + fine_y) * fine.size.x;
-                        for (int x = 0; x < fine.size.x; ++x) {
-                            sum[x] += row[x];
-                        }
-                    }
-                }
-                float* to = coarse.filled.data() + (static_cast<std::size_t>(z) * size.y + y) * size.x;
-                for (int x = 0; x < size.x; ++x) {
-                    to[x] = (sum[2 * x] + sum[2 * x + 1]) * 0.125f;
+/// A level of cells twice as large.
+OcclusionVolume::Level OcclusionVolume::coarser(const Level& fine) {
+    const glm::ivec3 size = (fine.size + 1) / 2;
+    Level coarse{size, std::vector<float>(static_cast<std::size_t>(size.x) * size.y * size.z, 0.0f)};
+    std::vector<float> sum(static_cast<std::size_t>(size.x) * 2, 0.0f);
+    for (int row = 0; row < size.y * size.z; ++row) {
+        // The four rows of one row of larger cells are added first, then its columns.
+        std::fill(sum.begin(), sum.end(), 0.0f);
+        for (int i = 0; i < 4; ++i) {
+            const int z = 2 * (row / size.y) + i / 2;
+            const int y = 2 * (row % size.y) + i % 2;
+            if (z < fine.size.z && y < fine.size.y) {
+                const float* from = fine.filled.data() + (static_cast<std::size_t>(z) * fine.size.y + y) * fine.size.x;
+                for (int x = 0; x < fine.size.x; ++x) {
+                    sum[x] += from[x];
                 }
             }
         }
-        levels_[k] = std::move(coarse);
+        float* to = coarse.filled.data() + static_cast<std::size_t>(row) * size.x;
+        for (int x = 0; x < size.x; ++x) {
+            to[x] = (sum[2 * x] + sum[2 * x + 1]) * 0.125f;
+        }
+    }
+    return coarse;
+}
+
+void OcclusionVolume::finish() {
+    for (std::size_t k = 1; k < levels_.size(); ++k) {
+        levels_[k] = coarser(levels_[k - 1]);
     }
 }
 

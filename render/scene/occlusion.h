@@ -54,6 +54,7 @@ public:
     static constexpr int most_cells = 192;
 
 private:
+    static Level coarser(const Level& fine);
     template <class Clip, class Share>
     void add(const Instance& instance, const glm::vec3& half, const Clip& clip, const Share& share);
     auto to_box(const glm::vec3& half) const;
