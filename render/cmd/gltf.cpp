@@ -405,7 +405,7 @@ private:
             node.name = "rod";
             node.mesh = mesh_of(render::mesh_id::rod, render::rod_look());
             node.translation = numbers(Vec3(0.5 * anchor));
-            node.rotation = numbers(Quat::FromTwoVectors(Vec3::UnitZ(), anchor));
+            node.rotation = numbers(sim::rotation_between(Vec3::UnitZ(), anchor));
             node.scale = {radius, radius, 0.5 * anchor.norm()};
             add_node(node, node_of_body_[a]);
             radius_of_body_[a] = std::max(radius_of_body_[a], anchor.norm() + radius);

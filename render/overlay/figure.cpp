@@ -21,7 +21,7 @@ using glm::dvec2;
 using glm::vec2;
 using glm::vec3;
 
-constexpr float text_size = 13.0f, title_size = 15.0f; // [px]
+constexpr float text_size = 13.0f, figure_title_size = 15.0f; // [px]
 constexpr vec3 ink(0.13f), frame_color(0.45f), grid_color(0.87f);
 
 /// What a figure is drawn of.
@@ -236,7 +236,7 @@ void add_chart(Sheet& sheet, const Chart& chart, const Font& font, const vec2& c
         }
     }
     if (!chart.title.empty()) {
-        sheet.words.push_back({corner + vec2(10.0f, 22.0f), title_size, chart.title, TextAlign::left});
+        sheet.words.push_back({corner + vec2(10.0f, 22.0f), figure_title_size, chart.title, TextAlign::left});
     }
     sheet.words.push_back({{corner.x + 10.0f, lower.y - 10.0f}, text_size, chart.y.label, TextAlign::left});
     sheet.words.push_back({{0.5f * (lower.x + upper.x), upper.y + 37.0f}, text_size, chart.x.label, TextAlign::center});

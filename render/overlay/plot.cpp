@@ -11,8 +11,8 @@ namespace {
 
 /// Distances in a plot, in 1/720 of the picture's height.
 constexpr float margin = 12.0f;
-constexpr float title_size = 15.0f;
-constexpr float label_size = 12.5f;
+constexpr float plot_title_size = 15.0f;
+constexpr float plot_label_size = 12.5f;
 constexpr float curve_width = 2.6f;
 /// Names of curves are written no closer than this.
 constexpr float name_spacing = 14.5f;
@@ -49,7 +49,7 @@ struct Axes {
 
 void draw_axes(Canvas& canvas, Font& font, const Axes& axes, float scale) {
     const Pen grid{{{1.0f, 1.0f, 1.0f}, 0.16f}, scale, 0.0f};
-    const float size = label_size * scale;
+    const float size = plot_label_size * scale;
     const float drop = 0.5f * Font::digit_height(size);
     const double rise = axes.tick;
     for (double k = std::ceil(axes.range[0] / rise - 1e-9); k * rise <= axes.range[1] + 1e-9 * rise; ++k) {
@@ -87,7 +87,7 @@ void draw_names(Canvas& canvas, Font& font, const PlotPicture& plot, const Axes&
         names[i].first = std::min(names[i].first, highest);
         highest = names[i].first - spacing;
     }
-    const float size = label_size * scale;
+    const float size = plot_label_size * scale;
     for (const auto& [y, curve] : names) {
         font.draw(canvas, {axes.upper.x + 9.0f * scale, y + 0.5f * Font::digit_height(size)}, curve->name,
                   {size, {curve->color, 1.0f}});
@@ -140,7 +140,7 @@ std::string tick_text(double value, double spacing) {
 void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const PlotPlace& place) {
     const auto& [lower, upper, scale] = place;
     canvas.panel(lower, upper, 8.0f * scale, panel_paint());
-    const float size = label_size * scale;
+    const float size = plot_label_size * scale;
     const double rise = plot.tick > 0.0 ? plot.tick : tick_spacing(plot.range, 4);
     float left = 0.0f;
     for (double k = std::ceil(plot.range[0] / rise - 1e-9); k * rise <= plot.range[1] + 1e-9 * rise; ++k) {
@@ -151,16 +151,16 @@ void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const PlotPl
         right = std::max(right, font.width(curve.name, size));
     }
     const float edge = margin * scale;
-    const Axes axes{{lower.x + edge + left + 6.0f * scale, lower.y + edge + 1.9f * title_size * scale},
+    const Axes axes{{lower.x + edge + left + 6.0f * scale, lower.y + edge + 1.9f * plot_title_size * scale},
                     {upper.x - edge - (right > 0.0f ? right + 6.0f * scale : 4.0f * scale),
                      upper.y - edge - 1.25f * size},
                     plot.duration,
                     plot.range,
                     rise};
-    const float baseline = lower.y + edge + Font::digit_height(title_size * scale);
-    font.draw(canvas, {lower.x + edge, baseline}, plot.title, {title_size * scale, text_paint()});
-    font.draw(canvas, {lower.x + edge + font.width(plot.title + "  ", title_size * scale), baseline}, plot.unit,
-              {title_size * scale, dim_paint()});
+    const float baseline = lower.y + edge + Font::digit_height(plot_title_size * scale);
+    font.draw(canvas, {lower.x + edge, baseline}, plot.title, {plot_title_size * scale, text_paint()});
+    font.draw(canvas, {lower.x + edge + font.width(plot.title + "  ", plot_title_size * scale), baseline}, plot.unit,
+              {plot_title_size * scale, dim_paint()});
     draw_axes(canvas, font, axes, scale);
     font.draw(canvas, {upper.x - edge, baseline}, plot.note, {size, dim_paint(), TextAlign::right});
     for (const PlotCurve& curve : plot.curves) {

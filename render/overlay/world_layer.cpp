@@ -39,7 +39,7 @@ const glm::vec3 impact_color = category_color(3);
 const glm::vec3 path_on_body_color = category_color(3);
 constexpr glm::vec3 path_in_world_color(0.95f, 0.96f, 1.0f);
 
-glm::vec3 to_glm(const Eigen::Vector3f& v) {
+glm::vec3 vec3_of(const Eigen::Vector3f& v) {
     return {v.x(), v.y(), v.z()};
 }
 
@@ -52,7 +52,7 @@ std::vector<Vec3> hop(const Path& from, const Path& to) {
     std::vector<Vec3> points;
     const Vec3& a = from.back().at;
     const Vec3& b = to.front().at;
-    const sim::Quat turn = sim::Quat::FromTwoVectors(a, b);
+    const sim::Quat turn = sim::rotation_between(a, b);
     for (int i = 0; i < hop_points; ++i) {
         const double share = static_cast<double>(i) / (hop_points - 1);
         const double length = (1.0 - share) * a.norm() + share * b.norm();
@@ -282,7 +282,7 @@ void WorldLayer::draw_arrow(Canvas& canvas, const Projection& projection, const 
 void WorldLayer::draw_impacts(Canvas& canvas, const Projection& projection, const sim::Snapshot& snapshot) const {
     for (const sim::ContactSnapshot& impact : snapshot.impacts) {
         const float factor = side_of(impact) * static_cast<float>(impact_scale_);
-        draw_arrow(canvas, projection, {to_glm(impact.point), factor * to_glm(impact.impulse), impact_color});
+        draw_arrow(canvas, projection, {vec3_of(impact.point), factor * vec3_of(impact.impulse), impact_color});
     }
 }
 
@@ -294,7 +294,7 @@ void WorldLayer::draw_contacts(Canvas& canvas, const Projection& projection,
     const bool has_impulses = scene_.overlay.shows(Shown::impulses);
     for (const sim::ContactSnapshot& contact : snapshot.contacts) {
         const float side = side_of(contact);
-        const glm::vec3 point = to_glm(contact.point);
+        const glm::vec3 point = vec3_of(contact.point);
         const Projection::Place from = projection.place(point);
         if (!from.is_before_camera) {
             continue;
@@ -303,13 +303,13 @@ void WorldLayer::draw_contacts(Canvas& canvas, const Projection& projection,
         const float alpha = from.is_visible ? 1.0f : hidden_alpha;
         if (has_normals) {
             const Projection::Place end = projection.place(
-                point + side * static_cast<float>(normal_in_views * view_) * to_glm(contact.normal));
+                point + side * static_cast<float>(normal_in_views * view_) * vec3_of(contact.normal));
             if (end.is_before_camera) {
                 canvas.arrow(from.at, end.at, 0.0f, {{{1.0f, 1.0f, 1.0f}, 0.9f * alpha}, 1.3f * scale, 0.0f});
             }
         }
         if (has_impulses) {
-            const glm::vec3 along = side * static_cast<float>(arrow_scale_) * to_glm(contact.impulse);
+            const glm::vec3 along = side * static_cast<float>(arrow_scale_) * vec3_of(contact.impulse);
             draw_arrow(canvas, projection, {point, along, color});
         }
         if (has_points) {

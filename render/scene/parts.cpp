@@ -64,7 +64,7 @@ public:
         }
         look_ = &look;
         body_ = 0;
-        const Pose pose{0.5 * (a + b), sim::Quat::FromTwoVectors(Vec3::UnitZ(), along)};
+        const Pose pose{0.5 * (a + b), sim::rotation_between(Vec3::UnitZ(), along)};
         const double half = 0.5 * along.norm();
         parts.rounds.push_back(part(pose, {radius, radius, half}, half + radius, mesh_id::rod));
     }

@@ -31,6 +31,10 @@ inline Mat3 cross_matrix(const Vec3& r) {
     return m;
 }
 
+/// The shortest rotation that takes the direction of `from` to that of `to`; about any axis where they are opposite.
+/// Eigen's FromTwoVectors has the opposite ones by a singular value decomposition, which takes ten seconds to compile.
+Quat rotation_between(const Vec3& from, const Vec3& to);
+
 /// Rigid placement of a frame: x_world = orientation * x_body + position.
 struct Pose {
     Vec3 position = Vec3::Zero();          ///< [m]

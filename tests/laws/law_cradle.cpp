@@ -12,7 +12,7 @@ namespace {
 
 using namespace laws;
 
-constexpr double radius = 0.1, length = 1.0; // [m] of a ball and of its hanging
+constexpr double ball_radius = 0.1, length = 1.0; // [m] of a ball and of its hanging
 
 /// n weightless balls in a row along x, `gap` [m] apart; the first k fly at 1 m/s, `approach` [m] before the
 /// rest.
@@ -20,8 +20,8 @@ sim::SceneDef row_scene(int n, int k, double gap, double approach) {
     sim::SceneDef scene = law_scene(microseconds(1000));
     scene.step.gravity = Vec3::Zero();
     for (int i = 0; i < n; ++i) {
-        const double x = i * (2 * radius + gap) - (i < k ? approach : 0.0);
-        add_sphere(scene, radius, {x, 0, 0}, material(1.0, 0.0));
+        const double x = i * (2 * ball_radius + gap) - (i < k ? approach : 0.0);
+        add_sphere(scene, ball_radius, {x, 0, 0}, material(1.0, 0.0));
         scene.bodies[i].velocity = Vec3(i < k ? 1.0 : 0.0, 0, 0);
     }
     return scene;
@@ -57,10 +57,10 @@ sim::SceneDef cradle_scene(Rational h, int n, int k, double angle, double gap) {
     sim::SceneDef scene = law_scene(h);
     const int frame = add_frame(scene);
     for (int i = 0; i < n; ++i) {
-        const double x = i * (2 * radius + gap), a = i < k ? angle : 0.0;
+        const double x = i * (2 * ball_radius + gap), a = i < k ? angle : 0.0;
         const Quat turn(Eigen::AngleAxisd(a, Vec3::UnitY())); // raises towards -x
         const Vec3 anchor(x, 0, length);
-        const int ball = add_sphere(scene, radius, anchor + turn * Vec3(0, 0, -length), material(1.0, 0.0));
+        const int ball = add_sphere(scene, ball_radius, anchor + turn * Vec3(0, 0, -length), material(1.0, 0.0));
         scene.bodies[ball].pose.orientation = turn;
         add_joint(scene, sim::JointKind::hinge, {ball, frame}, anchor);
     }
@@ -85,7 +85,7 @@ struct Exchange {
 
 /// All rates at the first instant at which all k (n - k) impacts of the exchange are over.
 Exchange exchange(const sim::SceneDef& scene, int k, double gap) {
-    const reference::Cradle cradle{length, radius, 2 * radius + gap, g};
+    const reference::Cradle cradle{length, ball_radius, 2 * ball_radius + gap, g};
     reference::CradleState exact = reference_start(scene);
     const int n = static_cast<int>(exact.angle.size());
     sim::World world(scene);

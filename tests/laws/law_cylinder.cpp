@@ -7,7 +7,7 @@ namespace {
 
 using namespace laws;
 
-constexpr double radius = 0.1; // [m]
+constexpr double disk_radius = 0.1; // [m]
 
 int add_cylinder(sim::SceneDef& scene, const sim::Cylinder& cylinder, const sim::Pose& pose,
                  const sim::MaterialDef& surface) {
@@ -27,9 +27,9 @@ sim::SceneDef side_scene(Rational h, double mu, double v0, double angle) {
     const Quat turn(Eigen::AngleAxisd(angle, Vec3::UnitY()));
     const Quat lying(Eigen::AngleAxisd(0.5 * pi, Vec3::UnitX()));
     add_plane(scene, turn, material(0.0, mu));
-    add_cylinder(scene, {radius, 0.15}, {turn * Vec3(0, 0, radius), turn * lying}, material(0.0, mu));
+    add_cylinder(scene, {disk_radius, 0.15}, {turn * Vec3(0, 0, disk_radius), turn * lying}, material(0.0, mu));
     scene.bodies[1].velocity = turn * Vec3(v0, 0, 0);
-    scene.bodies[1].angular_velocity = Vec3(0, v0 / radius, 0);
+    scene.bodies[1].angular_velocity = Vec3(0, v0 / disk_radius, 0);
     return scene;
 }
 
@@ -51,7 +51,7 @@ TEST(law_cylinder, rolling_loses_no_energy_and_keeps_its_course) {
     EXPECT_NEAR(end.bodies[1].velocity.x(), 1.0, 1e-9);
     EXPECT_NEAR(end.bodies[1].position.x(), 20.0, 1e-7);
     EXPECT_NEAR(end.bodies[1].position.y(), 0.0, 1e-9);
-    EXPECT_NEAR(end.bodies[1].position.z(), radius, 1e-9);
+    EXPECT_NEAR(end.bodies[1].position.z(), disk_radius, 1e-9);
 }
 
 TEST(law_cylinder, stands_at_rest_on_a_slope_below_the_friction_angle) {

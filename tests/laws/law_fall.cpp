@@ -9,14 +9,14 @@ namespace {
 
 using namespace laws;
 
-constexpr double radius = 0.3, half_length = 0.1; // [m]
+constexpr double body_radius = 0.3, half_length = 0.1; // [m]
 
 sim::Shape prism(int sides) {
     std::vector<Vec3> corners;
     for (int i = 0; i < sides; ++i) {
         for (const double z : {-half_length, half_length}) {
             const double angle = 2 * pi * i / sides + 0.1;
-            corners.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+            corners.emplace_back(body_radius * std::cos(angle), body_radius * std::sin(angle), z);
         }
     }
     return sim::Hull{std::make_shared<sim::Polytope>(*sim::convex_hull(corners))};
@@ -65,11 +65,11 @@ Fall fall(const sim::SceneDef& scene) {
 
 TEST(law_fall, what_falls_over_gains_no_energy) {
     const std::vector<std::pair<std::string, sim::Shape>> shapes{
-        {"box", sim::Box{{radius, radius, half_length}}},
+        {"box", sim::Box{{body_radius, body_radius, half_length}}},
         {"prism of 8 sides", prism(8)},
-        {"flat cylinder", sim::Cylinder{radius, half_length}},
+        {"flat cylinder", sim::Cylinder{body_radius, half_length}},
         {"cylinder as high as wide", sim::Cylinder{0.2, 0.2}},
-        {"long cylinder", sim::Cylinder{half_length, radius}}};
+        {"long cylinder", sim::Cylinder{half_length, body_radius}}};
     for (const auto& [name, shape] : shapes) {
         for (const auto impacts : {sim::ImpactHandling::ahead, sim::ImpactHandling::stop}) {
             Fall worst;

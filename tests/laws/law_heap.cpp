@@ -16,10 +16,6 @@ using namespace laws;
 enum class Kind { box, cylinder, capsule, hull, ball };
 constexpr std::array kind_names{"boxes", "cylinders", "capsules", "hulls", "balls"};
 
-double between(sim::Random& random, double lower, double upper) {
-    return lower + (upper - lower) * random.uniform();
-}
-
 sim::Shape random_shape(Kind kind, sim::Random& random) {
     switch (kind) {
     case Kind::cylinder:

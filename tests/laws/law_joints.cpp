@@ -18,7 +18,7 @@ int add_link(sim::SceneDef& scene, const Vec3& start, const Vec3& direction) {
     body.mass.mass = 0.5;
     const double along = 0.5 * 1e-4 / 2, across = 0.5 * link_length * link_length / 12; // [kg m^2]
     body.mass.inertia = Vec3(along, across, across).asDiagonal();
-    body.pose = {start + 0.5 * link_length * direction, Quat::FromTwoVectors(Vec3::UnitX(), direction)};
+    body.pose = {start + 0.5 * link_length * direction, sim::rotation_between(Vec3::UnitX(), direction)};
     scene.bodies.push_back(body);
     return static_cast<int>(scene.bodies.size()) - 1;
 }

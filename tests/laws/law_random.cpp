@@ -10,11 +10,7 @@ namespace {
 using namespace laws;
 
 constexpr int seeds = 4;
-constexpr double tolerance = 1e-6; // [m]
-
-double between(sim::Random& random, double lower, double upper) {
-    return lower + (upper - lower) * random.uniform();
-}
+constexpr double overlap_tolerance = 1e-6; // [m]
 
 Vec3 vector_within(sim::Random& random, double length) {
     return {between(random, -length, length), between(random, -length, length), between(random, -length, length)};
@@ -30,7 +26,7 @@ sim::SceneDef swarm(int seed, double restitution) {
     sim::Random random(static_cast<std::uint64_t>(seed));
     sim::SceneDef scene = law_scene(microseconds(1000));
     scene.step.gravity = Vec3::Zero();
-    scene.step.tolerance = tolerance;
+    scene.step.tolerance = overlap_tolerance;
     for (int i = 0; i < 8; ++i) {
         const Vec3 corner(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
         const sim::MaterialDef surface = material(restitution, between(random, 0.0, 0.6));

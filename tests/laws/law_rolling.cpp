@@ -7,14 +7,14 @@ namespace {
 
 using namespace laws;
 
-constexpr double radius = 0.1; // [m]
+constexpr double sphere_radius = 0.1; // [m]
 
 /// A sphere on a floor tilted by `angle` about y, with velocity v0 along x and spin w0 about y.
 sim::SceneDef sphere_scene(Rational h, double mu, double v0, double w0, double angle = 0.0) {
     sim::SceneDef scene = law_scene(h);
     const Quat turn(Eigen::AngleAxisd(angle, Vec3::UnitY()));
     add_plane(scene, turn, material(0.0, mu));
-    add_sphere(scene, radius, turn * Vec3(0, 0, radius), material(0.0, mu));
+    add_sphere(scene, sphere_radius, turn * Vec3(0, 0, sphere_radius), material(0.0, mu));
     scene.bodies[1].velocity = turn * Vec3(v0, 0, 0);
     scene.bodies[1].angular_velocity = Vec3(0, w0, 0);
     return scene;
@@ -24,7 +24,7 @@ sim::SceneDef sphere_scene(Rational h, double mu, double v0, double w0, double a
 struct Slipping {
     double mu, v0, w0;
 
-    double slip() const { return v0 - w0 * radius; }
+    double slip() const { return v0 - w0 * sphere_radius; }
     double time() const { return 2.0 * slip() / (7.0 * mu * g); }
     double end_velocity() const { return v0 - 2.0 / 7.0 * slip(); }
     double position(double t) const {
@@ -39,14 +39,14 @@ double position_error(Rational h, bool backspin) {
         const double mu = 0.2, end = std::round(0.3 / h.value()) * h.value() + phase * h.value();
         const double slip = 3.5 * mu * g * end;
         const Slipping s =
-            backspin ? Slipping{mu, 0.25 * slip, -0.75 * slip / radius} : Slipping{mu, slip, 0.0};
+            backspin ? Slipping{mu, 0.25 * slip, -0.75 * slip / sphere_radius} : Slipping{mu, slip, 0.0};
         const sim::SceneDef scene = sphere_scene(h, mu, s.v0, s.w0);
         const double t = std::round((end + 0.2) / h.value()) * h.value();
         const sim::Snapshot after = run_to(scene, t);
         worst = std::max(worst, std::abs(after.bodies[1].position.x() - s.position(t)));
         worst = std::max(worst, 0.2 * std::abs(after.bodies[1].velocity.x() - s.end_velocity()));
         worst =
-            std::max(worst, 0.2 * std::abs(after.bodies[1].angular_velocity.y() * radius - s.end_velocity()));
+            std::max(worst, 0.2 * std::abs(after.bodies[1].angular_velocity.y() * sphere_radius - s.end_velocity()));
     }
     return worst;
 }
@@ -75,12 +75,12 @@ TEST(law_rolling, backspin_brings_the_ball_back) {
 
 TEST(law_rolling, a_rolling_sphere_loses_no_energy_in_a_minute) {
     for (const Rational h : {microseconds(1000), microseconds(10000)}) {
-        const sim::SceneDef scene = sphere_scene(h, 0.2, 1.0, 1.0 / radius);
+        const sim::SceneDef scene = sphere_scene(h, 0.2, 1.0, 1.0 / sphere_radius);
         const sim::Snapshot end = run_to(scene, 60.0);
         const double error = std::abs(end.bodies[1].velocity.x() - 1.0);
         record({"rolling", "velocity lost in 60 s, relative", h.value(), error, 1e-9});
         EXPECT_LT(error, 1e-9);
-        EXPECT_NEAR(end.bodies[1].angular_velocity.y() * radius, 1.0, 1e-9);
+        EXPECT_NEAR(end.bodies[1].angular_velocity.y() * sphere_radius, 1.0, 1e-9);
         EXPECT_NEAR(end.bodies[1].position.x(), 60.0, 1e-7);
         EXPECT_NEAR(end.bodies[1].position.y(), 0.0, 1e-9);
     }
@@ -105,7 +105,7 @@ TEST(law_rolling, too_little_friction_slips_down_the_incline) {
     const sim::Snapshot end = run_to(scene, t);
     EXPECT_NEAR((end.bodies[1].position - scene.bodies[1].pose.position).norm() / (0.5 * a * t * t), 1.0,
                 1e-5);
-    EXPECT_NEAR(end.bodies[1].angular_velocity.y(), 2.5 * mu * g * std::cos(angle) * t / radius, 1e-3);
+    EXPECT_NEAR(end.bodies[1].angular_velocity.y(), 2.5 * mu * g * std::cos(angle) * t / sphere_radius, 1e-3);
 }
 
 } // namespace

@@ -1,5 +1,6 @@
 #pragma once
 /// Scenes in code for the laws, running them, and measuring errors and orders.
+#include "sim/base/random.h"
 #include "sim/model/scene_def.h"
 #include "sim/model/snapshot.h"
 #include "sim/world/world.h"
@@ -20,6 +21,11 @@ using sim::Vec3;
 
 inline constexpr double pi = std::numbers::pi;
 inline constexpr double g = 9.81; ///< [m/s^2]
+
+/// Uniform in [lower, upper).
+inline double between(sim::Random& random, double lower, double upper) {
+    return lower + (upper - lower) * random.uniform();
+}
 
 /// A scene without bodies, z up, tolerances far below what the laws ask for so that the step alone makes the
 /// error.

@@ -27,8 +27,7 @@ OrientedBox cube(const Vector& centre, const Matrix& axes = Matrix::Identity()) 
 
 /// A turn that takes the direction (1, 1, 1) to z, so that a cube stands on its corner.
 Matrix corner_up() {
-    return Eigen::Quaterniond::FromTwoVectors(Vector(1, 1, 1).normalized(), Vector::UnitZ())
-        .toRotationMatrix();
+    return Eigen::AngleAxisd(std::acos(1.0 / std::sqrt(3.0)), Vector(1, -1, 0).normalized()).toRotationMatrix();
 }
 
 TEST(overlap, aligned_cubes_overlap_by_the_shortest_way_out) {

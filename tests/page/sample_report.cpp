@@ -14,7 +14,7 @@
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using Document = nlohmann::ordered_json;
 using render::Image;
 
 struct Color {
@@ -65,7 +65,7 @@ std::string write_picture(const fs::path& folder, const std::string& name, const
     return path.string();
 }
 
-Json gate(const char* name, double value, double limit, const char* unit, const char* reason) {
+Document gate(const char* name, double value, double limit, const char* unit, const char* reason) {
     return {{"name", name},
             {"value", value},
             {"limit", limit},
@@ -75,7 +75,7 @@ Json gate(const char* name, double value, double limit, const char* unit, const 
             {"is_exceeded", value > limit}};
 }
 
-Json frame_of(const std::string& name, int index, const std::string& tier, const std::string& message) {
+Document frame_of(const std::string& name, int index, const std::string& tier, const std::string& message) {
     return {{"name", name},
             {"index", index},
             {"status", "compared"},
@@ -89,29 +89,29 @@ Json frame_of(const std::string& name, int index, const std::string& tier, const
             {"largest_difference", 0},
             {"mean_difference", 0.0},
             {"curve", 0.0},
-            {"gates", Json::array()},
-            {"clusters", Json::array()},
-            {"bodies", Json::array()},
+            {"gates", Document::array()},
+            {"clusters", Document::array()},
+            {"bodies", Document::array()},
             {"reference_picture", ""},
             {"candidate_picture", ""},
             {"difference_picture", ""}};
 }
 
-void add_pictures(Json& frame, const fs::path& folder, const std::string& stem, const Image& a,
+void add_pictures(Document& frame, const fs::path& folder, const std::string& stem, const Image& a,
                   const Image& b) {
     frame["reference_picture"] = write_picture(folder, stem + ".reference.png", a);
     frame["candidate_picture"] = write_picture(folder, stem + ".candidate.png", b);
     frame["difference_picture"] = write_picture(folder, stem + ".difference.png", difference(a, b));
 }
 
-Json case_of(const std::string& name, const Json& frames) {
-    const Json origin = {{"program", "tumble 0.1.0"},
+Document case_of(const std::string& name, const Document& frames) {
+    const Document origin = {{"program", "tumble 0.1.0"},
                          {"scene", "funnel"},
                          {"state_hash", "5f0c9d1be2a7743c"},
                          {"shaders_hash", "90aa11c2cc5d0e17"},
                          {"renderer", "llvmpipe (LLVM 15.0.6, 256 bits)"}};
-    const Json& worst = *std::max_element(
-        frames.begin(), frames.end(), [](const Json& a, const Json& b) { return a["curve"] < b["curve"]; });
+    const Document& worst = *std::max_element(
+        frames.begin(), frames.end(), [](const Document& a, const Document& b) { return a["curve"] < b["curve"]; });
     return {{"name", name},
             {"reference", "golden/" + name},
             {"candidate", "out/" + name},
@@ -127,19 +127,19 @@ Json case_of(const std::string& name, const Json& frames) {
             {"first_bad_frame", nullptr},
             {"worst_frame", nullptr},
             {"shift", nullptr},
-            {"bad_runs", Json::array()},
-            {"missing_frames", Json::array()},
-            {"extra_frames", Json::array()},
+            {"bad_runs", Document::array()},
+            {"missing_frames", Document::array()},
+            {"extra_frames", Document::array()},
             {"film", ""},
             {"fps", 0.0},
             {"is_flaky", false},
-            {"history", Json::array()},
+            {"history", Document::array()},
             {"frames", frames}};
 }
 
 /// A cube that has moved by `shift` [px].
-Json moved_frame(const fs::path& folder, const std::string& stem, int index, int shift, int lift) {
-    Json frame = frame_of(fmt::format("frame_{:06}.png", index), index, "changed",
+Document moved_frame(const fs::path& folder, const std::string& stem, int index, int shift, int lift) {
+    Document frame = frame_of(fmt::format("frame_{:06}.png", index), index, "changed",
                           fmt::format("cube_3 moved {} px, {:.1f} mm", shift, shift * 2.4));
     add_pictures(frame, folder, stem, sample_picture(0, lift), sample_picture(shift, lift));
     frame["differing_pixels"] = 80 * shift;
@@ -150,15 +150,15 @@ Json moved_frame(const fs::path& folder, const std::string& stem, int index, int
         gate("faint", 32.0 * shift, 24, "px", "The fullest window of 32 x 32 px is at 224, 96."),
         gate("displacement", shift, 0.5, "px", "The cluster at 230, 100 has moved to the right."),
         gate("drift", 0.04, 0.5, "levels", "The mean colour of the picture.")};
-    const Json box = {230, 100, 40 + shift, 40};
-    const Json displacement = {{"x", double(shift)}, {"y", 0.0}, {"explained", 0.98}};
-    frame["clusters"] = Json::array({Json{{"box", box},
+    const Document box = {230, 100, 40 + shift, 40};
+    const Document displacement = {{"x", double(shift)}, {"y", 0.0}, {"explained", 0.98}};
+    frame["clusters"] = Document::array({Document{{"box", box},
                                           {"pixels", 80 * shift},
                                           {"largest_difference", 148},
                                           {"kind", "moved"},
                                           {"displacement", displacement},
-                                          {"bodies", Json::array({"cube_3"})}}});
-    frame["bodies"] = Json::array({Json{{"name", "cube_3"},
+                                          {"bodies", Document::array({"cube_3"})}}});
+    frame["bodies"] = Document::array({Document{{"name", "cube_3"},
                                         {"kind", "moved"},
                                         {"displacement", displacement},
                                         {"distance", 0.0024 * shift},
@@ -167,8 +167,8 @@ Json moved_frame(const fs::path& folder, const std::string& stem, int index, int
     return frame;
 }
 
-Json noise_frame(const fs::path& folder) {
-    Json frame = frame_of("edges.png", 0, "noise", "212 px differ, all at edges");
+Document noise_frame(const fs::path& folder) {
+    Document frame = frame_of("edges.png", 0, "noise", "212 px differ, all at edges");
     const Image a = sample_picture(0);
     Image b = a;
     fill(b, 130, 80, 1, 60, {20, 118, 180});
@@ -181,8 +181,8 @@ Json noise_frame(const fs::path& folder) {
     return frame;
 }
 
-Json film_case(const fs::path& folder) {
-    Json frames = Json::array();
+Document film_case(const fs::path& folder) {
+    Document frames = Document::array();
     for (int i = 0; i < 12; ++i) {
         if (i >= 5 && i <= 7) {
             frames.push_back(
@@ -191,10 +191,10 @@ Json film_case(const fs::path& folder) {
             frames.push_back(frame_of(fmt::format("frame_{:06}.png", i), i, "identical", "the same pixels"));
         }
     }
-    Json item = case_of("film", frames);
+    Document item = case_of("film", frames);
     item["first_bad_frame"] = 5;
     item["worst_frame"] = 6;
-    item["bad_runs"] = Json::array({Json::array({5, 8})});
+    item["bad_runs"] = Document::array({Document::array({5, 8})});
     item["cause"] = "simulation";
     item["cause_text"] = "The simulation changed: same scene and shaders, another state hash.";
     item["candidate_origin"]["state_hash"] = "0b1844d6f0937a2e";
@@ -220,12 +220,12 @@ Json film_case(const fs::path& folder) {
     return item;
 }
 
-Json missing_case(const fs::path& folder) {
-    Json frame = frame_of("gone.png", 0, "changed", "out/gone.png does not exist");
+Document missing_case(const fs::path& folder) {
+    Document frame = frame_of("gone.png", 0, "changed", "out/gone.png does not exist");
     frame["status"] = "candidate_missing";
     frame["candidate_width"] = frame["candidate_height"] = 0;
     frame["reference_picture"] = write_picture(folder, "gone/gone.reference.png", sample_picture(0));
-    Json item = case_of("gone", Json::array({frame}));
+    Document item = case_of("gone", Document::array({frame}));
     item["is_failed"] = true;
     return item;
 }
@@ -235,18 +235,18 @@ Json missing_case(const fs::path& folder) {
 void write_sample_report(const fs::path& folder, std::uintmax_t picture_bytes) {
     fs::remove_all(folder);
     fs::create_directories(folder);
-    Json cases = Json::array();
-    cases.push_back(case_of("moved cube", Json::array({moved_frame(folder, "moved cube/frame", 0, 3, 0)})));
-    cases.push_back(case_of("edges", Json::array({noise_frame(folder)})));
+    Document cases = Document::array();
+    cases.push_back(case_of("moved cube", Document::array({moved_frame(folder, "moved cube/frame", 0, 3, 0)})));
+    cases.push_back(case_of("edges", Document::array({noise_frame(folder)})));
     cases.back()["is_flaky"] = true;
     for (const double curve : {0.4, 1.8, 0.3, 1.7, 0.2}) {
         cases.back()["history"].push_back({{"time", "2026-01-31T12:00:00Z"}, {"is_failed", curve > 1}, {"curve", curve}});
     }
-    cases.push_back(case_of("same", Json::array({frame_of("same.png", 0, "identical", "the same bytes")})));
+    cases.push_back(case_of("same", Document::array({frame_of("same.png", 0, "identical", "the same bytes")})));
     cases.push_back(film_case(folder));
     cases.push_back(missing_case(folder));
-    cases.push_back(case_of(hostile_name, Json::array({moved_frame(folder, "hostile/frame", 0, 1, 0)})));
-    const Json result = {
+    cases.push_back(case_of(hostile_name, Document::array({moved_frame(folder, "hostile/frame", 0, 1, 0)})));
+    const Document result = {
         {"version", 1},
         {"program", "tumble 0.1.0"},
         {"command", "tumble compare golden out --report out/report"},

@@ -14,11 +14,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path out_dir = test::out_folder("page/gallery");
+const fs::path gallery_dir = test::out_folder("page/gallery");
 
 void write_sample_gallery() {
-    fs::remove_all(out_dir);
-    write_sample_report(out_dir / "check", 0);
+    fs::remove_all(gallery_dir);
+    write_sample_report(gallery_dir / "check", 0);
     diff::Gallery gallery;
     gallery.program = "tumble 0.1.0";
     gallery.reports = {{"check", "check/index.html", 6, 4}};
@@ -37,21 +37,21 @@ void write_sample_gallery() {
         gallery.runs.push_back(run);
     }
     gallery.texts = {{"laws.md", "| law | error |\n| a < b | 1e-9 |\n"}};
-    sim::write_file(out_dir / "index.html", diff::gallery_page(gallery));
+    sim::write_file(gallery_dir / "index.html", diff::gallery_page(gallery));
 }
 
 } // namespace
 
 TEST(gallery_page, films_play_one_at_a_time_in_light_and_dark_on_desk_and_phone) {
     write_sample_gallery();
-    Browser browser(out_dir / "browser");
+    Browser browser(gallery_dir / "browser");
     browser.resize(1280, 900);
     browser.prefer("light");
-    browser.open("file://" + fs::absolute(out_dir / "index.html").string());
+    browser.open("file://" + fs::absolute(gallery_dir / "index.html").string());
     EXPECT_EQ(browser.value("document.querySelectorAll('article').length"), 4);
     EXPECT_EQ(browser.value("document.querySelector('.verdict').innerText"), "✕ 4 failed");
     EXPECT_EQ(browser.value("document.querySelectorAll('.plot path').length"), 6);
-    browser.screenshot(out_dir / "light.png");
+    browser.screenshot(gallery_dir / "light.png");
 
     const std::string film = "document.querySelectorAll('video')";
     browser.value(film + "[0].play()");
@@ -66,10 +66,10 @@ TEST(gallery_page, films_play_one_at_a_time_in_light_and_dark_on_desk_and_phone)
 
     browser.prefer("dark");
     browser.resize(390, 844, true);
-    browser.open("file://" + fs::absolute(out_dir / "index.html").string());
+    browser.open("file://" + fs::absolute(gallery_dir / "index.html").string());
     EXPECT_NE(browser.value(background), light);
     EXPECT_EQ(browser.value("document.scrollingElement.scrollWidth"), 390);
-    browser.screenshot(out_dir / "phone.png");
+    browser.screenshot(gallery_dir / "phone.png");
     browser.click("article a");
     EXPECT_TRUE(browser.wait_for("document.title === '4 failed – comparison'"));
     EXPECT_EQ(browser.errors(), "");

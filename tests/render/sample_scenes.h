@@ -25,6 +25,10 @@ private:
     std::uint64_t state_;
 };
 
+inline void show(sim::SceneDef& scene, sim::Shown what) {
+    scene.overlay.show[static_cast<std::size_t>(what)] = true;
+}
+
 inline sim::BodyDef body(sim::Shape shape, const sim::Pose& pose, const sim::Vec3& color) {
     sim::BodyDef result;
     result.shape = std::move(shape);

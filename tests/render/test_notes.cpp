@@ -24,10 +24,6 @@ sim::SceneDef ball_scene() {
     return scene;
 }
 
-void show(sim::SceneDef& scene, sim::Shown what) {
-    scene.overlay.show[static_cast<std::size_t>(what)] = true;
-}
-
 /// The ball rolls along x: its centre at t, turned by t, touched from below.
 sim::Snapshot rolled(const sim::SceneDef& scene, std::int64_t step, double t) {
     sim::Snapshot snapshot = sample::start(scene, t);
@@ -59,7 +55,7 @@ TEST(notes, nothing_asked_for_is_nothing_remembered) {
 
 TEST(notes, a_rolling_ball_is_touched_along_its_equator_as_far_as_it_goes) {
     sim::SceneDef scene = ball_scene();
-    show(scene, sim::Shown::contact_paths);
+    sample::show(scene, sim::Shown::contact_paths);
     NoteTaker taker(scene);
     for (int i = 0; i <= 1000; ++i) {
         taker.observe(rolled(scene, i, 0.003 * i));
@@ -80,7 +76,7 @@ TEST(notes, a_rolling_ball_is_touched_along_its_equator_as_far_as_it_goes) {
 
 TEST(notes, a_body_that_leaves_the_ground_begins_a_new_piece) {
     sim::SceneDef scene = ball_scene();
-    show(scene, sim::Shown::contact_paths);
+    sample::show(scene, sim::Shown::contact_paths);
     NoteTaker taker(scene);
     taker.observe(rolled(scene, 0, 0.0));
     taker.observe(rolled(scene, 1, 0.1));
@@ -97,7 +93,7 @@ TEST(notes, a_body_that_leaves_the_ground_begins_a_new_piece) {
 
 TEST(notes, trails_forget_what_is_older_than_asked) {
     sim::SceneDef scene = ball_scene();
-    show(scene, sim::Shown::trails);
+    sample::show(scene, sim::Shown::trails);
     scene.overlay.trail_time = 0.5;
     NoteTaker taker(scene);
     for (int i = 0; i <= 100; ++i) {
@@ -110,7 +106,7 @@ TEST(notes, trails_forget_what_is_older_than_asked) {
 
 TEST(notes, states_seen_before_are_passed_over) {
     sim::SceneDef scene = ball_scene();
-    show(scene, sim::Shown::plots);
+    sample::show(scene, sim::Shown::plots);
     scene.plots.push_back({.title = "", .quantity = sim::PlotQuantity::distance, .bodies = {1}, .range = {}});
     NoteTaker taker(scene);
     taker.observe(rolled(scene, 0, 0.0));
@@ -184,7 +180,7 @@ TEST(plot, ticks_are_round_and_ranges_hold_their_values) {
 
 TEST(notes, of_several_contacts_the_strongest_is_followed) {
     sim::SceneDef scene = ball_scene();
-    show(scene, sim::Shown::contact_paths);
+    sample::show(scene, sim::Shown::contact_paths);
     NoteTaker taker(scene);
     for (int i = 0; i <= 10; ++i) {
         sim::Snapshot snapshot = rolled(scene, i, 0.0);

@@ -29,15 +29,11 @@ sim::SceneDef cube_scene() {
     return scene;
 }
 
-void show(sim::SceneDef& scene, sim::Shown what) {
-    scene.overlay.show[static_cast<std::size_t>(what)] = true;
-}
-
 sim::ContactSnapshot contact_at(float x, float y, float z, bool is_sticking) {
     return {{0, 1}, {x, y, z}, -Eigen::Vector3f::UnitZ(), {0, 0, -1}, is_sticking};
 }
 
-glm::vec3 pixel(const Image& image, int x, int y) {
+glm::vec3 color_at(const Image& image, int x, int y) {
     const std::uint8_t* rgb =
         &image.rgb[3 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x))];
     return glm::vec3(rgb[0], rgb[1], rgb[2]) / 255.0f;
@@ -71,47 +67,47 @@ TEST(overlay, nothing_asked_for_changes_nothing) {
 // The view is 2 * 9 * tan(20 degrees) = 6.551 m high at the cube's front, so 1 m is 36.63 px there.
 TEST(overlay, contacts_lie_where_perspective_says_in_the_colours_of_sticking_and_sliding) {
     sim::SceneDef scene = cube_scene();
-    show(scene, sim::Shown::points);
+    sample::show(scene, sim::Shown::points);
     sim::Snapshot snapshot = sample::start(scene);
     snapshot.contacts = {contact_at(-0.5f, -1, 1.25f, true), contact_at(0.5f, -1, 1.25f, false)};
     const Pair pair = draw(scene, snapshot);
     const int y = static_cast<int>(height / 2 - 0.25 * 36.63);
     const int x = static_cast<int>(0.5 * 36.63);
-    EXPECT_LT(glm::length(pixel(pair.drawn, width / 2 - x, y) - category_color(1)), 0.02f);
-    EXPECT_LT(glm::length(pixel(pair.drawn, width / 2 + x, y) - category_color(5)), 0.02f);
-    EXPECT_EQ(pixel(pair.drawn, width / 2, y), pixel(pair.plain, width / 2, y));
+    EXPECT_LT(glm::length(color_at(pair.drawn, width / 2 - x, y) - category_color(1)), 0.02f);
+    EXPECT_LT(glm::length(color_at(pair.drawn, width / 2 + x, y) - category_color(5)), 0.02f);
+    EXPECT_EQ(color_at(pair.drawn, width / 2, y), color_at(pair.plain, width / 2, y));
 }
 
 TEST(overlay, contacts_behind_a_body_are_faint) {
     sim::SceneDef scene = cube_scene();
-    show(scene, sim::Shown::points);
+    sample::show(scene, sim::Shown::points);
     sim::Snapshot snapshot = sample::start(scene);
     snapshot.contacts = {contact_at(0, 1, 1, true)};
     const Pair pair = draw(scene, snapshot);
-    const glm::vec3 before = pixel(pair.plain, width / 2, height / 2);
-    const glm::vec3 after = pixel(pair.drawn, width / 2, height / 2);
+    const glm::vec3 before = color_at(pair.plain, width / 2, height / 2);
+    const glm::vec3 after = color_at(pair.drawn, width / 2, height / 2);
     EXPECT_GT(glm::length(after - before), 0.02f);
     EXPECT_LT(glm::length(after - before), 0.65f * glm::length(category_color(1) - before));
 }
 
 TEST(overlay, impulses_point_the_way_the_moving_body_is_pushed) {
     sim::SceneDef scene = cube_scene();
-    show(scene, sim::Shown::impulses);
+    sample::show(scene, sim::Shown::impulses);
     scene.overlay.arrow_scale = 1.0;
     sim::Snapshot snapshot = sample::start(scene);
     snapshot.contacts = {contact_at(0, -1, 1, true)}; // 1 N s down on the floor, up on the cube
     const Pair pair = draw(scene, snapshot);
-    EXPECT_GT(glm::length(pixel(pair.drawn, width / 2, height / 2 - 20) -
-                          pixel(pair.plain, width / 2, height / 2 - 20)),
+    EXPECT_GT(glm::length(color_at(pair.drawn, width / 2, height / 2 - 20) -
+                          color_at(pair.plain, width / 2, height / 2 - 20)),
               0.1f);
-    EXPECT_EQ(pixel(pair.drawn, width / 2, height / 2 + 20), pixel(pair.plain, width / 2, height / 2 + 20));
+    EXPECT_EQ(color_at(pair.drawn, width / 2, height / 2 + 20), color_at(pair.plain, width / 2, height / 2 + 20));
 }
 
 // An impact that stops a body of 2 kg after a fall of 0.05 view distances has an arrow of that length; twice the impulse,
 // twice the length: 1 m.
 TEST(overlay, impacts_have_arrows_of_their_own_colour_and_scale) {
     sim::SceneDef scene = cube_scene();
-    show(scene, sim::Shown::impulses);
+    sample::show(scene, sim::Shown::impulses);
     scene.bodies[0].mass.mass = 0.0;
     scene.bodies[1].mass.mass = 2.0;
     const sim::CameraKey& key = scene.cameras.front().keys.front();
@@ -123,19 +119,19 @@ TEST(overlay, impacts_have_arrows_of_their_own_colour_and_scale) {
     const Pair pair = draw(scene, snapshot);
     const auto above = static_cast<int>(0.5 * 2.0 * length * 36.63);
     // The line is less than a pixel wide: between the body's colour and its own.
-    const glm::vec3 found = pixel(pair.drawn, width / 2, height / 2 - above);
-    const glm::vec3 before = pixel(pair.plain, width / 2, height / 2 - above);
+    const glm::vec3 found = color_at(pair.drawn, width / 2, height / 2 - above);
+    const glm::vec3 before = color_at(pair.plain, width / 2, height / 2 - above);
     EXPECT_LT(glm::length(found - category_color(3)), 0.75f * glm::length(before - category_color(3)));
     EXPECT_LT(glm::length(found - category_color(3)), 0.75f * glm::length(found - category_color(1)));
     for (const int beyond : {-12, static_cast<int>(2.0 * length * 36.63) + 12}) {
-        EXPECT_EQ(pixel(pair.drawn, width / 2, height / 2 - beyond),
-                  pixel(pair.plain, width / 2, height / 2 - beyond));
+        EXPECT_EQ(color_at(pair.drawn, width / 2, height / 2 - beyond),
+                  color_at(pair.plain, width / 2, height / 2 - beyond));
     }
 }
 
 TEST(overlay, a_contact_behind_the_camera_is_left_out) {
     sim::SceneDef scene = cube_scene();
-    show(scene, sim::Shown::normals);
+    sample::show(scene, sim::Shown::normals);
     sim::Snapshot snapshot = sample::start(scene);
     snapshot.contacts = {contact_at(0, -11, 1, true)};
     const Pair pair = draw(scene, snapshot);
@@ -221,7 +217,7 @@ int changed_pixels(const Pair& pair, int from_row, int to_row) {
     int count = 0;
     for (int y = from_row; y < to_row; ++y) {
         for (int x = 0; x < width; ++x) {
-            count += pixel(pair.plain, x, y) != pixel(pair.drawn, x, y) ? 1 : 0;
+            count += color_at(pair.plain, x, y) != color_at(pair.drawn, x, y) ? 1 : 0;
         }
     }
     return count;
@@ -239,9 +235,9 @@ TEST(overlay, a_caption_is_there_at_its_time_and_place_and_fades) {
     // Half faded in: a panel's pixel beside the text is half as far from the plain picture.
     const Pair half = draw(scene, snapshot, 1.25);
     const int x = width / 2, y = height - 11;
-    const float full = glm::length(pixel(whole.drawn, x, y) - pixel(whole.plain, x, y));
+    const float full = glm::length(color_at(whole.drawn, x, y) - color_at(whole.plain, x, y));
     ASSERT_GT(full, 0.03f);
-    EXPECT_NEAR(glm::length(pixel(half.drawn, x, y) - pixel(half.plain, x, y)), 0.5f * full, 0.008f); // 2 / 255
+    EXPECT_NEAR(glm::length(color_at(half.drawn, x, y) - color_at(half.plain, x, y)), 0.5f * full, 0.008f); // 2 / 255
 }
 
 TEST(overlay, a_card_covers_the_picture_and_long_lines_wrap) {
@@ -249,7 +245,7 @@ TEST(overlay, a_card_covers_the_picture_and_long_lines_wrap) {
     const char* text = "One thousand cubes fall through a funnel of four plates";
     scene.captions = {{text, sim::CaptionPlace::card, 0.0, 2.0, 0.5}};
     const Pair pair = draw(scene, sample::start(scene), 0.0); // without fading in: the film begins with it
-    EXPECT_EQ(pixel(pair.drawn, 0, 0), pixel(pair.drawn, width - 1, height - 1));
+    EXPECT_EQ(color_at(pair.drawn, 0, 0), color_at(pair.drawn, width - 1, height - 1));
     const Font font;
     const std::vector<std::string> lines =
         font.lines("one two three\nfour", 20.0f, font.width("one two", 20.0f) + 1.0f);

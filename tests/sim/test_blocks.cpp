@@ -13,7 +13,7 @@ using namespace sim;
 namespace {
 
 /// Rounding of one block's solve on velocities of about 1 m/s [m/s].
-constexpr double rounding = 1e-13;
+constexpr double block_rounding = 1e-13;
 
 /// Two bodies, their contacts, and the blocks of these.
 struct Pair {
@@ -117,14 +117,14 @@ TEST(blocks, flat_cube_stops_in_one_visit_with_equal_corner_impulses) {
     CubeOnPlane cube({Vec3(0, 0, -1), Vec3::Zero()});
     ASSERT_EQ(cube.loop.blocks.size(), 1u);
     ASSERT_EQ(cube.loop.blocks[0].count, 4);
-    EXPECT_NEAR(cube.sweep(), 1.0, rounding);
-    EXPECT_LE(cube.bodies.velocity[0].v.norm(), rounding);
-    EXPECT_LE(cube.bodies.velocity[0].w.norm(), rounding);
+    EXPECT_NEAR(cube.sweep(), 1.0, block_rounding);
+    EXPECT_LE(cube.bodies.velocity[0].v.norm(), block_rounding);
+    EXPECT_LE(cube.bodies.velocity[0].w.norm(), block_rounding);
     for (const LanePoint& point : cube.points()) {
-        EXPECT_NEAR(point.p_n, 250.0, 1000.0 * rounding); // m u / 4
+        EXPECT_NEAR(point.p_n, 250.0, 1000.0 * block_rounding); // m u / 4
     }
     EXPECT_EQ(cube.bodies.velocity[1].v, Vec3::Zero());
-    EXPECT_LE(cube.sweep(), rounding);
+    EXPECT_LE(cube.sweep(), block_rounding);
 }
 
 TEST(blocks, contacts_push_and_never_pull) {
@@ -139,8 +139,8 @@ TEST(blocks, contacts_push_and_never_pull) {
     int loaded = 0;
     for (const LanePoint& point : rocking.points()) {
         EXPECT_GE(point.p_n, 0.0);
-        EXPECT_GE(point.normal_velocity(twist), -rounding);
-        EXPECT_LE(point.p_n * std::abs(point.normal_velocity(twist)), 1000.0 * rounding);
+        EXPECT_GE(point.normal_velocity(twist), -block_rounding);
+        EXPECT_LE(point.p_n * std::abs(point.normal_velocity(twist)), 1000.0 * block_rounding);
         loaded += point.p_n > 0.0;
     }
     EXPECT_EQ(loaded, 2);
@@ -151,8 +151,8 @@ TEST(blocks, impulses_given_too_much_come_down_again) {
     cube.sweep();
     cube.set_target(-0.5);
     cube.sweep();
-    EXPECT_NEAR(cube.bodies.velocity[0].v.z(), -0.5, rounding);
-    EXPECT_NEAR(cube.load(), 500.0, 1000.0 * rounding);
+    EXPECT_NEAR(cube.bodies.velocity[0].v.z(), -0.5, block_rounding);
+    EXPECT_NEAR(cube.load(), 500.0, 1000.0 * block_rounding);
 }
 
 /// The block's closed form against the loop over its points: the velocities are unique, so they agree. Boxes face to face,
@@ -193,7 +193,7 @@ TEST(blocks, friction_stops_a_small_slip) {
     const Vec6 twist = cube.frame().relative_twist(cube.bodies.velocity);
     for (const LanePoint& point : cube.points()) {
         EXPECT_LE(point.tangential_velocity(twist).norm(), 1e-10);
-        EXPECT_LE(point.p_t.norm(), 0.5 * point.p_n * (1.0 + rounding)); // eq. 6
+        EXPECT_LE(point.p_t.norm(), 0.5 * point.p_n * (1.0 + block_rounding)); // eq. 6
     }
 }
 
@@ -214,7 +214,7 @@ TEST(blocks, sliding_friction_lies_on_the_cone_against_the_slip) {
 TEST(blocks, without_friction_the_slip_is_kept) {
     CubeOnPlane cube({Vec3(0.3, -0.2, -1), Vec3::Zero()});
     cube.sweep();
-    EXPECT_LE((cube.bodies.velocity[0].v - Vec3(0.3, -0.2, 0)).norm(), rounding);
+    EXPECT_LE((cube.bodies.velocity[0].v - Vec3(0.3, -0.2, 0)).norm(), block_rounding);
 }
 
 TEST(blocks, impulses_are_equal_and_opposite_and_a_dropped_block_gives_them_back) {
@@ -228,12 +228,12 @@ TEST(blocks, impulses_are_equal_and_opposite_and_a_dropped_block_gives_them_back
         pair.sweep();
     }
     const std::vector<Velocity>& velocity = pair.bodies.velocity;
-    EXPECT_LE((1000.0 * velocity[0].v + 500.0 * velocity[1].v - 1000.0 * before[0].v).norm(), 1000.0 * rounding);
+    EXPECT_LE((1000.0 * velocity[0].v + 500.0 * velocity[1].v - 1000.0 * before[0].v).norm(), 1000.0 * block_rounding);
     EXPECT_GT(velocity[1].v.norm(), 0.1);
     pair.loop.drop(pair.loop.blocks[0], pair.bodies, pair.bodies.velocity);
     for (const std::size_t body : {0, 1}) {
-        EXPECT_LE((velocity[body].v - before[body].v).norm(), 10.0 * rounding);
-        EXPECT_LE((velocity[body].w - before[body].w).norm(), 100.0 * rounding);
+        EXPECT_LE((velocity[body].v - before[body].v).norm(), 10.0 * block_rounding);
+        EXPECT_LE((velocity[body].w - before[body].w).norm(), 100.0 * block_rounding);
     }
     EXPECT_EQ(pair.sweep(), 0.0); // nothing is left to solve
 }
@@ -256,20 +256,20 @@ TEST(blocks, a_new_block_begins_where_the_normal_changes) {
     pair.loop.arrange(pair.bodies, 0, pair.bodies.velocity);
     EXPECT_EQ(pair.loop.blocks[0].count, 2);
     EXPECT_EQ(pair.loop.blocks[1].first, 2);
-    EXPECT_LE((pair.frame(1).frame.col(2) - Vec3::UnitX()).norm(), rounding);
-    EXPECT_NEAR(pair.frame(0).frame.determinant(), 1.0, rounding);
+    EXPECT_LE((pair.frame(1).frame.col(2) - Vec3::UnitX()).norm(), block_rounding);
+    EXPECT_NEAR(pair.frame(0).frame.determinant(), 1.0, block_rounding);
 }
 
 TEST(blocks, sweep_passes_over_what_has_settled_until_loaded_again) {
     CubeOnPlane cube({Vec3(0, 0, -1), Vec3::Zero()});
     const auto sweep = [&] { return cube.loop.sweep(cube.bodies.velocity, 1e-9, 0.0); };
     cube.loop.wake();
-    EXPECT_NEAR(sweep(), 1.0, rounding);
-    EXPECT_LE(sweep(), rounding);
+    EXPECT_NEAR(sweep(), 1.0, block_rounding);
+    EXPECT_LE(sweep(), block_rounding);
     cube.bodies.velocity[0].v.z() = -1.0; // from outside, unseen
     EXPECT_EQ(sweep(), 0.0);
     cube.loop.wake();
-    EXPECT_NEAR(sweep(), 1.0, rounding);
+    EXPECT_NEAR(sweep(), 1.0, block_rounding);
 }
 
 TEST(blocks, no_two_lanes_of_a_batch_move_the_same_body) {
@@ -319,7 +319,7 @@ TEST(blocks, material_of_a_pair_is_the_geometric_mean_or_the_partners) {
     b.mu_s = 0.9;
     a.restitution = 0.5;
     const PairMaterial material = pair_material(a, b);
-    EXPECT_NEAR(material.mu_s, 0.6, rounding);
+    EXPECT_NEAR(material.mu_s, 0.6, block_rounding);
     EXPECT_EQ(material.restitution, 0.5); // only a has one
     EXPECT_EQ(material.mu_d, 0.0);        // none has
     EXPECT_EQ(pair_material(b, a).restitution, 0.5);

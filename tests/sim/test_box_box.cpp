@@ -142,7 +142,7 @@ TEST(box_box, cubes_that_lean_against_each_other_as_mirror_images_push_along_the
 
 TEST(box_box, corner_over_a_face_touches_there) {
     // A cube on its corner: the diagonal is vertical.
-    const Quat on_corner = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ());
+    const Quat on_corner = rotation_between(Vec3(1, 1, 1), Vec3::UnitZ());
     const auto contacts = contacts_of(cube_at(Vec3(0.1, 0.2, 0.5 + std::sqrt(0.75) + 0.001), on_corner),
                                       cube_at(Vec3::Zero()), 0.01);
     ASSERT_EQ(contacts.size(), 1u);

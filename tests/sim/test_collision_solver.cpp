@@ -8,7 +8,7 @@ using namespace sim;
 
 namespace {
 
-struct Scene {
+struct Impacts {
     Bodies bodies;
     std::vector<PairContacts> pairs;
     StepSettings settings{.gravity = Vec3::Zero()};
@@ -50,8 +50,8 @@ struct Scene {
 };
 
 /// Five equal balls in a touching row along x; the first `moving` come in at 1 m/s.
-Scene row_of_five(int moving, double e) {
-    Scene scene;
+Impacts row_of_five(int moving, double e) {
+    Impacts scene;
     for (int i = 0; i < 5; ++i) {
         const double speed = i < moving ? 1.0 : 0.0;
         add_body(scene.bodies, make_props(Sphere{0.5}, 1000.0, e), {Vec3(i, 0, 0), Quat::Identity()},
@@ -67,7 +67,7 @@ Scene row_of_five(int moving, double e) {
 
 TEST(collision_solver, as_many_balls_leave_a_row_as_came_in) {
     for (int moving = 1; moving <= 4; ++moving) {
-        Scene scene = row_of_five(moving, 1.0);
+        Impacts scene = row_of_five(moving, 1.0);
         const CollisionReport report = scene.resolve();
         EXPECT_TRUE(report.converged);
         for (int i = 0; i < 5; ++i) {
@@ -79,7 +79,7 @@ TEST(collision_solver, as_many_balls_leave_a_row_as_came_in) {
 }
 
 TEST(collision_solver, plastic_row_moves_on_together) {
-    Scene scene = row_of_five(2, 0.0);
+    Impacts scene = row_of_five(2, 0.0);
     scene.resolve();
     for (const Velocity& velocity : scene.velocity) {
         EXPECT_NEAR(velocity.v.x(), 0.4, 1e-5); // sweeps end at changes of 1e-7 m/s, a chain of 5 amplifies
@@ -88,7 +88,7 @@ TEST(collision_solver, plastic_row_moves_on_together) {
 
 TEST(collision_solver, ball_on_a_wall_leaves_with_e_times_its_speed) {
     for (const double e : {0.0, 0.3, 1.0}) {
-        Scene scene;
+        Impacts scene;
         add_body(scene.bodies, make_props(Sphere{0.5}, 1000.0, e), {Vec3(0, 0, 0.5), Quat::Identity()},
                  {Vec3(2, 0, -3), Vec3::Zero()});
         add_body(scene.bodies, make_props(Plane{}, 0.0, e), Pose{});
@@ -103,7 +103,7 @@ TEST(collision_solver, ball_on_a_wall_leaves_with_e_times_its_speed) {
 /// A sliding ball without spin stops slipping if mu >= 2/7 u_t / ((1 + e) u_n): it then rolls with 5/7 of
 /// u_t.
 TEST(collision_solver, rough_ball_rolls_with_five_sevenths_of_its_speed) {
-    Scene scene;
+    Impacts scene;
     add_body(scene.bodies, make_props(Sphere{0.5}, 1000.0, 0.5, 1.0), {Vec3(0, 0, 0.5), Quat::Identity()},
              {Vec3(1.4, 0, -1), Vec3::Zero()});
     add_body(scene.bodies, make_props(Plane{}, 0.0, 0.5, 1.0), Pose{});
@@ -115,7 +115,7 @@ TEST(collision_solver, rough_ball_rolls_with_five_sevenths_of_its_speed) {
 }
 
 TEST(collision_solver, separating_and_slow_contacts_are_left_alone) {
-    Scene scene = row_of_five(1, 1.0);
+    Impacts scene = row_of_five(1, 1.0);
     scene.bodies.velocity[0].v.x() = -1.0;
     EXPECT_EQ(scene.resolve().passes, 0);
     EXPECT_EQ(scene.velocity[0].v, Vec3(-1, 0, 0));
@@ -131,7 +131,7 @@ TEST(collision_solver, oblique_impacts_keep_momentum_and_never_gain_energy) {
     Numbers numbers(1);
     int impacts = 0;
     for (int i = 0; i < 400 && impacts < 100; ++i) {
-        Scene scene;
+        Impacts scene;
         const double e = numbers.between(0.0, 1.0);
         const double mu = numbers.between(0.0, 1.0);
         const Pose a = numbers.pose(0.3);
@@ -174,7 +174,7 @@ TEST(collision_solver, energy_that_newtons_law_with_friction_adds_is_taken_away)
     Numbers numbers(2);
     int taken = 0;
     for (int i = 0; i < 100; ++i) {
-        Scene scene;
+        Impacts scene;
         const Box rod{Vec3(0.5, 0.02, 0.03)};
         const Quat tilt = turned(Quat::Identity(), Vec3(0.1, numbers.between(0.4, 1.2), 0.0));
         const Vec3 reach = (tilt.conjugate() * Vec3::UnitZ()).cwiseAbs();
@@ -194,8 +194,8 @@ TEST(collision_solver, energy_that_newtons_law_with_friction_adds_is_taken_away)
 
 /// A ball between a wall and a ball `ratio` times as heavy that comes in, all touching: they collide
 /// floor(pi / atan(1 / sqrt(ratio))) times (Galperin, Playing pool with pi, 2003).
-Scene squeezed_ball(double ratio) {
-    Scene scene;
+Impacts squeezed_ball(double ratio) {
+    Impacts scene;
     add_body(scene.bodies, make_props(Plane{}, 0.0, 1.0), {Vec3::Zero(), Quat::Identity()});
     add_body(scene.bodies, make_props(Sphere{0.5}, 1.0, 1.0), {Vec3(0, 0, 0.5), Quat::Identity()});
     add_body(scene.bodies, make_props(Sphere{0.5}, ratio, 1.0), {Vec3(0, 0, 1.5), Quat::Identity()},
@@ -207,7 +207,7 @@ Scene squeezed_ball(double ratio) {
 
 TEST(collision_solver, a_squeezed_ball_collides_as_often_as_the_digits_of_pi_say) {
     for (const double ratio : {3.0, 100.0, 1e4}) {
-        Scene scene = squeezed_ball(ratio);
+        Impacts scene = squeezed_ball(ratio);
         const CollisionReport report = scene.resolve();
         EXPECT_TRUE(report.converged);
         EXPECT_EQ(report.collisions, static_cast<int>(std::floor(std::acos(-1.0) / std::atan(1.0 / std::sqrt(ratio)))));
@@ -217,7 +217,7 @@ TEST(collision_solver, a_squeezed_ball_collides_as_often_as_the_digits_of_pi_say
 }
 
 TEST(collision_solver, passes_that_come_to_no_end_are_reported) {
-    Scene scene = squeezed_ball(1e6); // 3141 collisions
+    Impacts scene = squeezed_ball(1e6); // 3141 collisions
     scene.most_sweeps = 4000;
     const CollisionReport report = scene.resolve();
     EXPECT_FALSE(report.converged);

@@ -274,7 +274,7 @@ std::vector<Vec3> feature_directions(const Shape& shape) {
 
 /// Turns `from`, a unit vector of the body, to `to`, then about `to` by an angle.
 Quat turned_to(const Vec3& from, const Vec3& to, double angle) {
-    return Quat(Eigen::AngleAxisd(angle, to)) * Quat::FromTwoVectors(from, to);
+    return Quat(Eigen::AngleAxisd(angle, to)) * rotation_between(from, to);
 }
 
 } // namespace

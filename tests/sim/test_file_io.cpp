@@ -10,21 +10,8 @@
 using namespace sim;
 namespace fs = std::filesystem;
 
-namespace {
-
-/// An empty folder of this test's own.
-fs::path fresh_folder() {
-    const fs::path folder = test::out_folder("file_io") /
-                            testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(folder);
-    fs::create_directories(folder);
-    return folder;
-}
-
-} // namespace
-
 TEST(file_io, written_text_is_read_back_and_no_part_file_is_left) {
-    const fs::path path = fresh_folder() / "a b.txt";
+    const fs::path path = test::fresh_folder("file_io") / "a b.txt";
     std::string text = "first\nsecond";
     text += '\0';
     text += std::string(200000, 'x');
@@ -34,7 +21,7 @@ TEST(file_io, written_text_is_read_back_and_no_part_file_is_left) {
 }
 
 TEST(file_io, writing_again_replaces_the_file) {
-    const fs::path path = fresh_folder() / "a.txt";
+    const fs::path path = test::fresh_folder("file_io") / "a.txt";
     write_file(path, std::string("a longer text"));
     write_file(path, std::string("short"));
     EXPECT_EQ(read_text_file(path), "short");
@@ -42,7 +29,7 @@ TEST(file_io, writing_again_replaces_the_file) {
 
 // FIPS 180-2, appendix B.1 and B.3, and the empty message.
 TEST(file_io, sha256_gives_the_published_values) {
-    const fs::path path = fresh_folder() / "message";
+    const fs::path path = test::fresh_folder("file_io") / "message";
     write_file(path, std::string("abc"));
     EXPECT_EQ(sha256_of_file(path), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
     write_file(path, std::string(1000000, 'a'));
@@ -52,7 +39,7 @@ TEST(file_io, sha256_gives_the_published_values) {
 }
 
 TEST(file_io, a_missing_file_is_an_io_error_that_names_it) {
-    const fs::path path = fresh_folder() / "missing.txt";
+    const fs::path path = test::fresh_folder("file_io") / "missing.txt";
     try {
         read_text_file(path);
         FAIL();
@@ -63,7 +50,7 @@ TEST(file_io, a_missing_file_is_an_io_error_that_names_it) {
 }
 
 TEST(file_io, a_missing_folder_is_an_io_error_on_writing) {
-    const fs::path path = fresh_folder() / "nowhere" / "a.txt";
+    const fs::path path = test::fresh_folder("file_io") / "nowhere" / "a.txt";
     try {
         write_file(path, std::string("text"));
         FAIL();
@@ -74,7 +61,7 @@ TEST(file_io, a_missing_folder_is_an_io_error_on_writing) {
 
 TEST(file_io, a_full_device_is_an_io_error) {
     // The part file is a link to the device that is always full.
-    const fs::path path = fresh_folder() / "a.txt";
+    const fs::path path = test::fresh_folder("file_io") / "a.txt";
     fs::create_symlink("/dev/full", part_path(path));
     try {
         write_file(path, std::string("text"));
@@ -88,7 +75,7 @@ TEST(file_io, a_full_device_is_an_io_error) {
 }
 
 TEST(file_io, a_described_file_has_its_size_and_hash) {
-    const fs::path folder = fresh_folder();
+    const fs::path folder = test::fresh_folder("file_io");
     write_file(folder / "abc", std::string("abc"));
     const WrittenFile file = describe_file(folder, "abc");
     EXPECT_EQ(file.name, "abc");

@@ -60,7 +60,7 @@ Snapshot thrown(double t) {
     return state;
 }
 
-double angle_between(const Quat& a, const Quat& b) {
+double turn_between(const Quat& a, const Quat& b) {
     return 2.0 * std::acos(std::min(1.0, std::abs(a.dot(b))));
 }
 
@@ -72,7 +72,7 @@ TEST(interpolation, even_acceleration_is_exact_through_several_turns) {
         EXPECT_NEAR(found.time, truth.time, 1e-15);
         EXPECT_LT((found.bodies[0].position - truth.bodies[0].position).norm(), 1e-14);
         EXPECT_LT((found.bodies[0].velocity - truth.bodies[0].velocity).norm(), 1e-13);
-        EXPECT_LT(angle_between(found.bodies[0].orientation, truth.bodies[0].orientation), 1e-7); // sqrt(eps): acos
+        EXPECT_LT(turn_between(found.bodies[0].orientation, truth.bodies[0].orientation), 1e-7); // sqrt(eps): acos
     }
 }
 

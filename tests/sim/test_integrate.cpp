@@ -10,7 +10,7 @@ using namespace sim;
 namespace {
 
 /// Rounding of one closed form on numbers of about 1 to 10.
-constexpr double rounding = 1e-14;
+constexpr double turn_rounding = 1e-14;
 
 /// Angle between two orientations [rad].
 double angle_between(const Quat& x, const Quat& y) {
@@ -31,11 +31,24 @@ Mat3 diagonal(double x, double y, double z) {
 
 } // namespace
 
+TEST(rotation, between_directions_takes_one_to_the_other_the_short_way) {
+    Numbers numbers(5);
+    for (int i = 0; i < 100; ++i) {
+        const Vec3 from = numbers.vector(2.0), to = i % 10 == 0 ? Vec3(-3.0 * from) : numbers.vector(2.0);
+        const Quat q = rotation_between(from, to);
+        EXPECT_NEAR(q.norm(), 1.0, turn_rounding);
+        EXPECT_LE((q * from.normalized() - to.normalized()).norm(), turn_rounding) << i;
+        const double cosine = from.dot(to) / (from.norm() * to.norm());
+        EXPECT_NEAR(2.0 * q.w() * q.w() - 1.0, cosine, turn_rounding); // no farther than needed
+    }
+    EXPECT_EQ(rotation_between(Vec3::UnitZ(), 2.0 * Vec3::UnitZ()).coeffs(), Quat::Identity().coeffs());
+}
+
 TEST(integrate, turned_by_zero_stays_and_by_a_right_angle_maps_x_to_y) {
     const Quat q = Numbers(1).orientation();
-    EXPECT_LE(angle_between(turned(q, Vec3::Zero()), q), rounding);
+    EXPECT_LE(angle_between(turned(q, Vec3::Zero()), q), turn_rounding);
     const Quat right = turned(Quat::Identity(), Vec3(0, 0, std::acos(0.0)));
-    EXPECT_LE((right * Vec3::UnitX() - Vec3::UnitY()).norm(), rounding);
+    EXPECT_LE((right * Vec3::UnitX() - Vec3::UnitY()).norm(), turn_rounding);
 }
 
 TEST(integrate, turned_by_small_angles_is_exact_on_both_sides_of_its_series) {
@@ -50,10 +63,10 @@ TEST(integrate, centre_falls_on_a_parabola) {
     const Velocity velocity{Vec3(3, 0, 4), Vec3(0, 0, 2)};
     const Vec3 g(0, 0, -10);
     const Pose after = free_motion(props, Pose{}, velocity, g, 0.5);
-    EXPECT_LE((after.position - Vec3(1.5, 0, 2.0 - 1.25)).norm(), rounding);
-    EXPECT_LE(angle_between(after.orientation, turned(Quat::Identity(), Vec3(0, 0, 1))), rounding);
+    EXPECT_LE((after.position - Vec3(1.5, 0, 2.0 - 1.25)).norm(), turn_rounding);
+    EXPECT_LE(angle_between(after.orientation, turned(Quat::Identity(), Vec3(0, 0, 1))), turn_rounding);
     const Velocity end = velocity_after(props, Pose{}, after, velocity, 0.5 * g);
-    EXPECT_LE((end.v - Vec3(3, 0, -1)).norm(), rounding);
+    EXPECT_LE((end.v - Vec3(3, 0, -1)).norm(), turn_rounding);
     EXPECT_EQ(end.w, velocity.w);
 }
 
@@ -74,7 +87,7 @@ TEST(integrate, kinds_of_inertia_are_told_apart_and_z_becomes_the_axis_of_symmet
         const BodyProps props = make_body_props(body_with_inertia(symmetric[static_cast<std::size_t>(axis)]));
         EXPECT_EQ(props.inertia_kind, InertiaKind::symmetric);
         EXPECT_EQ(props.principal_inertia, Vec3(3, 3, 1));
-        EXPECT_NEAR(std::abs((props.body_from_principal * Vec3::UnitZ())[axis]), 1.0, rounding);
+        EXPECT_NEAR(std::abs((props.body_from_principal * Vec3::UnitZ())[axis]), 1.0, turn_rounding);
     }
 }
 
@@ -83,12 +96,12 @@ TEST(integrate, off_diagonal_inertia_is_recovered_from_its_principal_axes) {
     const Mat3 inertia = r * diagonal(1, 2, 4) * r.transpose();
     const BodyProps props = make_body_props(body_with_inertia(inertia));
     const Mat3 axes = props.body_from_principal.toRotationMatrix();
-    EXPECT_LE((axes * props.principal_inertia.asDiagonal() * axes.transpose() - inertia).norm(), rounding);
+    EXPECT_LE((axes * props.principal_inertia.asDiagonal() * axes.transpose() - inertia).norm(), turn_rounding);
     const Quat q = Numbers(4).orientation();
     const Mat3 world = q.toRotationMatrix() * inertia * q.toRotationMatrix().transpose();
-    EXPECT_LE((inverse_inertia_world(props, q) * world - Mat3::Identity()).norm(), rounding);
+    EXPECT_LE((inverse_inertia_world(props, q) * world - Mat3::Identity()).norm(), turn_rounding);
     const Vec3 w(1, -2, 3);
-    EXPECT_LE((angular_momentum(props, q, w) - world * w).norm(), 5.0 * rounding);
+    EXPECT_LE((angular_momentum(props, q, w) - world * w).norm(), 5.0 * turn_rounding);
 }
 
 /// A body with moments (A, A, C): its axis turns about L with L / A, whatever the interval.
@@ -101,10 +114,10 @@ TEST(integrate, symmetric_body_precesses_about_its_angular_momentum) {
     const double h = 0.7;
     const Pose after = free_motion(props, Pose{}, {Vec3::Zero(), w}, Vec3::Zero(), h);
     const Quat precession = turned(Quat::Identity(), momentum * (h / moment_a));
-    EXPECT_LE((after.orientation * Vec3::UnitZ() - precession * Vec3::UnitZ()).norm(), rounding);
+    EXPECT_LE((after.orientation * Vec3::UnitZ() - precession * Vec3::UnitZ()).norm(), turn_rounding);
     // The rate about its own axis beside the precession is w_z (1 - C / A).
     const Quat own = turned(Quat::Identity(), Vec3(0, 0, w.z() * (1.0 - moment_c / moment_a) * h));
-    EXPECT_LE(angle_between(after.orientation, precession * own), rounding);
+    EXPECT_LE(angle_between(after.orientation, precession * own), turn_rounding);
 }
 
 TEST(integrate, asymmetric_body_keeps_energy_and_angular_momentum) {

@@ -14,7 +14,7 @@ namespace {
 constexpr double solve_rest = 1e-8;
 
 /// Two boxes somewhere, then the world.
-Bodies two_boxes(std::uint64_t seed) {
+Bodies random_boxes(std::uint64_t seed) {
     Numbers numbers(seed);
     Bodies bodies;
     const Velocity first{numbers.vector(1.0), numbers.vector(2.0)};
@@ -55,7 +55,7 @@ std::vector<Velocity> at_rest(const Bodies& bodies, const std::vector<Joint>& jo
 } // namespace
 
 TEST(joint, anchors_and_axes_of_both_bodies_coincide_at_the_start) {
-    const Bodies bodies = two_boxes(1);
+    const Bodies bodies = random_boxes(1);
     const JointDef def = definition(JointKind::hinge, 0, 1);
     const Joint joint = make_joint(def, bodies.pose, 2);
     EXPECT_LE((bodies.pose[0] * joint.anchor_a - def.anchor).norm(), 1e-14);
@@ -71,7 +71,7 @@ TEST(joint, anchors_and_axes_of_both_bodies_coincide_at_the_start) {
 
 TEST(joint, points_of_a_ball_joint_move_alike_after_one_solve) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-        const Bodies bodies = two_boxes(seed);
+        const Bodies bodies = random_boxes(seed);
         const std::vector joints{make_joint(definition(JointKind::ball, 0, 1), bodies.pose, 2)};
         const auto velocity = at_rest(bodies, joints);
         EXPECT_LE(relative_velocity(bodies, joints[0], velocity).norm(), solve_rest);
@@ -92,7 +92,7 @@ TEST(joint, points_of_a_ball_joint_move_alike_after_one_solve) {
 }
 
 TEST(joint, hinge_leaves_only_the_turning_about_its_axis) {
-    const Bodies bodies = two_boxes(3);
+    const Bodies bodies = random_boxes(3);
     const JointDef def = definition(JointKind::hinge, 0, 1);
     const std::vector joints{make_joint(def, bodies.pose, 2)};
     const auto velocity = at_rest(bodies, joints);
@@ -103,7 +103,7 @@ TEST(joint, hinge_leaves_only_the_turning_about_its_axis) {
 }
 
 TEST(joint, joint_with_the_world_holds_the_point_still) {
-    const Bodies bodies = two_boxes(4);
+    const Bodies bodies = random_boxes(4);
     const std::vector joints{make_joint(definition(JointKind::ball, 0, -1), bodies.pose, 2)};
     const auto velocity = at_rest(bodies, joints);
     EXPECT_LE(relative_velocity(bodies, joints[0], velocity).norm(), solve_rest);
@@ -112,7 +112,7 @@ TEST(joint, joint_with_the_world_holds_the_point_still) {
 }
 
 TEST(joint, two_identical_joints_act_as_one) {
-    const Bodies bodies = two_boxes(5);
+    const Bodies bodies = random_boxes(5);
     const Joint joint = make_joint(definition(JointKind::hinge, 0, 1), bodies.pose, 2);
     const auto one = at_rest(bodies, {joint});
     const auto two = at_rest(bodies, {joint, joint});
@@ -123,7 +123,7 @@ TEST(joint, two_identical_joints_act_as_one) {
 }
 
 TEST(joint, impulses_remembered_are_those_applied) {
-    const Bodies bodies = two_boxes(6);
+    const Bodies bodies = random_boxes(6);
     std::vector joints{make_joint(definition(JointKind::hinge, 0, 1), bodies.pose, 2)};
     JointSolver solver;
     solver.prepare(bodies, joints);
@@ -147,7 +147,7 @@ TEST(joint, impulses_remembered_are_those_applied) {
 }
 
 TEST(joint, target_closed_brings_the_predicted_points_together) {
-    const Bodies bodies = two_boxes(7);
+    const Bodies bodies = random_boxes(7);
     const std::vector joints{make_joint(definition(JointKind::ball, 0, 1), bodies.pose, 2)};
     JointSolver solver;
     solver.prepare(bodies, joints);
@@ -166,7 +166,7 @@ TEST(joint, target_closed_brings_the_predicted_points_together) {
 }
 
 TEST(joint, no_joints_cost_nothing) {
-    Bodies bodies = two_boxes(8);
+    Bodies bodies = random_boxes(8);
     JointSolver solver;
     solver.prepare(bodies, {});
     EXPECT_TRUE(solver.empty());

@@ -8,7 +8,7 @@ using namespace sim;
 namespace {
 
 /// Rounding of some tens of operations on lengths of about 1 m [m].
-constexpr double rounding = 1e-14;
+constexpr double manifold_rounding = 1e-14;
 
 ContactFeature feature_of(FeatureKind kind) {
     ContactFeature feature;
@@ -48,10 +48,10 @@ ContactFeature exchanged(ContactFeature feature) {
 }
 
 void expect_same(const ContactGeometry& x, const ContactGeometry& y) {
-    EXPECT_NEAR(x.gap, y.gap, rounding);
-    EXPECT_LE((x.n - y.n).norm(), rounding);
-    EXPECT_LE((x.a - y.a).norm(), rounding);
-    EXPECT_LE((x.b - y.b).norm(), rounding);
+    EXPECT_NEAR(x.gap, y.gap, manifold_rounding);
+    EXPECT_LE((x.n - y.n).norm(), manifold_rounding);
+    EXPECT_LE((x.a - y.a).norm(), manifold_rounding);
+    EXPECT_LE((x.b - y.b).norm(), manifold_rounding);
 }
 
 /// Features of all kinds whose cores, edges and faces are anywhere.
@@ -124,9 +124,9 @@ TEST(manifold, ball_beside_an_edge_is_measured_across_it) {
     feature.radius_a = 1.0;
     feature.direction_b = Vec3::UnitX();
     const ContactGeometry g = contact_geometry(feature, {Vec3(7, 3, 4), Quat::Identity()}, Pose{});
-    EXPECT_NEAR(g.gap, 4.0, rounding); // 3-4-5 triangle
-    EXPECT_LE((g.n - Vec3(0, 0.6, 0.8)).norm(), rounding);
-    EXPECT_LE((g.b - Vec3(7, 0, 0)).norm(), rounding);
+    EXPECT_NEAR(g.gap, 4.0, manifold_rounding); // 3-4-5 triangle
+    EXPECT_LE((g.n - Vec3(0, 0.6, 0.8)).norm(), manifold_rounding);
+    EXPECT_LE((g.b - Vec3(7, 0, 0)).norm(), manifold_rounding);
 }
 
 TEST(manifold, crossing_edges_touch_at_their_closest_points) {
@@ -149,8 +149,8 @@ TEST(manifold, points_differ_by_the_gap_along_n_for_every_kind) {
     Numbers numbers(1);
     for (const ContactFeature& feature : features_of_all_kinds(numbers)) {
         const ContactGeometry g = contact_geometry(feature, numbers.pose(1.0), numbers.pose(1.0));
-        EXPECT_NEAR(g.n.norm(), 1.0, rounding);
-        EXPECT_LE((g.a - g.b - g.gap * g.n).norm(), rounding) << static_cast<int>(feature.kind);
+        EXPECT_NEAR(g.n.norm(), 1.0, manifold_rounding);
+        EXPECT_LE((g.a - g.b - g.gap * g.n).norm(), manifold_rounding) << static_cast<int>(feature.kind);
     }
 }
 
@@ -186,10 +186,10 @@ TEST(manifold, rim_above_a_face_touches_with_its_lowest_point) {
     for (const double tilt : {0.0, 0.1, 1.0, 1.5}) {
         const Pose a{Vec3(1, 2, 3), Quat(Eigen::AngleAxisd(tilt, Vec3::UnitY()))};
         const ContactGeometry g = contact_geometry(feature, a, Pose{});
-        EXPECT_NEAR(g.gap, 3.0 - 0.5 * std::sin(tilt), rounding);
+        EXPECT_NEAR(g.gap, 3.0 - 0.5 * std::sin(tilt), manifold_rounding);
         EXPECT_EQ(g.n, Vec3(0, 0, 1));
         if (tilt > 0.0) {
-            EXPECT_LE((g.a - (a * Vec3(0.5, 0, 0))).norm(), rounding);
+            EXPECT_LE((g.a - (a * Vec3(0.5, 0, 0))).norm(), manifold_rounding);
         }
     }
     EXPECT_TRUE(is_curved(feature));

@@ -16,17 +16,17 @@ std::string reason_of(const std::string& text, const std::string& part) {
     return found == parts.end() ? "no such part" : found->is_on ? found->reason : "off";
 }
 
-const std::string ball = "[[body]]\nname = 'ball'\nposition = [0, 0, 5]\nshape = { kind = 'sphere', radius = 1 }\n";
+const std::string ball_above = "[[body]]\nname = 'ball'\nposition = [0, 0, 5]\nshape = { kind = 'sphere', radius = 1 }\n";
 const std::string floor_text = "[[body]]\nname = 'floor'\nshape = { kind = 'plane' }\nstatic = true\n";
 
 TEST(scene_model, one_body_alone_touches_nothing) {
     for (const char* part : {"contacts", "friction", "warm start", "contacts ahead of impacts", "gyroscopic term"}) {
-        EXPECT_EQ(reason_of(ball + "friction = 0.5\n", part), "off") << part;
+        EXPECT_EQ(reason_of(ball_above + "friction = 0.5\n", part), "off") << part;
     }
 }
 
 TEST(scene_model, each_part_has_its_reason) {
-    const std::string scene = floor_text + ball;
+    const std::string scene = floor_text + ball_above;
     EXPECT_EQ(reason_of(scene, "contacts"), "1 moving bodies, 2 in all");
     EXPECT_EQ(reason_of(scene, "restitution"), "off");
     EXPECT_EQ(reason_of(scene + "restitution = 0\n", "restitution"), "off");

@@ -13,10 +13,10 @@ using namespace sim;
 
 namespace {
 
-const std::filesystem::path scene_folder = TUMBLE_SCENE_DIR;
+const std::filesystem::path scenes = TUMBLE_SCENE_DIR;
 
 SceneDef funnel() {
-    return load_scene(scene_folder / "funnel.toml");
+    return load_scene(scenes / "funnel.toml");
 }
 
 const BodyDef& body_named(const SceneDef& scene, const std::string& name) {
@@ -38,7 +38,7 @@ double outside_of(const BodyDef& body, const Vec3& x) {
 
 TEST(scenes, all_load_and_name_themselves) {
     int count = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(scene_folder)) {
+    for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
         if (entry.path().extension() == ".toml") {
             const SceneDef scene = load_scene(entry.path());
             EXPECT_EQ(scene.name, entry.path().stem());
@@ -117,7 +117,7 @@ TEST(scenes, seeded_turns_are_the_same_for_ever) {
         << last.coeffs().format(Eigen::IOFormat(17));
     // Another seed, another turn.
     const std::vector<std::string> override{"lattice.cube.seed=2"};
-    const SceneDef other = load_scene(scene_folder / "funnel.toml", override);
+    const SceneDef other = load_scene(scenes / "funnel.toml", override);
     EXPECT_GT(body_named(other, "cube_0").pose.orientation.angularDistance(first), 1e-3);
 }
 
@@ -163,7 +163,7 @@ TEST(scenes, funnel_plates_have_the_given_inner_surfaces_and_close_the_corners) 
 }
 
 TEST(scenes, incline_blocks_start_apart_and_flat_above_their_slope) {
-    const SceneDef scene = load_scene(scene_folder / "inclined_blocks.toml");
+    const SceneDef scene = load_scene(scenes / "inclined_blocks.toml");
     const BodyDef& incline = body_named(scene, "incline");
     const Vec3 normal = incline.pose.orientation * Vec3::UnitZ();
     EXPECT_NEAR(std::acos(normal.z()) * 180 / std::acos(-1.0), 20.0, 1e-9);
@@ -183,7 +183,7 @@ TEST(scenes, incline_blocks_start_apart_and_flat_above_their_slope) {
 }
 
 TEST(scenes, tippe_top_touches_the_floor_and_can_turn_over) {
-    const SceneDef scene = load_scene(scene_folder / "tippe_top.toml");
+    const SceneDef scene = load_scene(scenes / "tippe_top.toml");
     const BodyDef& top = body_named(scene, "top");
     const Compound& shape = std::get<Compound>(top.shape);
     const double radius = std::get<Sphere>(shape.parts.at(0).shape).radius;
@@ -205,7 +205,7 @@ TEST(scenes, tippe_top_touches_the_floor_and_can_turn_over) {
 }
 
 TEST(scenes, office_toy_balls_touch_and_hang_at_one_length) {
-    const SceneDef scene = load_scene(scene_folder / "office_toy.toml");
+    const SceneDef scene = load_scene(scenes / "office_toy.toml");
     ASSERT_EQ(scene.joints.size(), 5u);
     for (std::size_t i = 0; i < 5; ++i) {
         const JointDef& joint = scene.joints[i];

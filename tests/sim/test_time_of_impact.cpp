@@ -17,7 +17,7 @@ namespace {
 /// impacts here are faster than 1 m/s.
 constexpr double time_rounding = 1e-12;
 
-struct Scene {
+struct Approach {
     Bodies bodies;
     std::vector<PairContacts> pairs;
     StepSettings settings{.gravity = Vec3(0, 0, -10), .impacts = ImpactHandling::stop};
@@ -37,8 +37,8 @@ struct Scene {
 };
 
 /// A ball of radius 0.5 m whose lowest point is `height` above a plane.
-Scene falling_ball(double height, double speed) {
-    Scene scene;
+Approach falling_ball(double height, double speed) {
+    Approach scene;
     add_body(scene.bodies, make_props(Sphere{0.5}, 1000.0), {Vec3(1, 2, height + 0.5), Quat::Identity()},
              {Vec3(3, 0, -speed), Vec3(1, 2, 3)});
     add_body(scene.bodies, make_props(Plane{}, 0.0), Pose{});
@@ -50,7 +50,7 @@ Scene falling_ball(double height, double speed) {
 
 TEST(time_of_impact, falling_ball_touches_at_the_root_of_its_parabola) {
     for (const double height : {1.0, 1e-3, 1e-6}) {
-        const Scene scene = falling_ball(height, 1.0);
+        const Approach scene = falling_ball(height, 1.0);
         const std::optional<Impact> impact = scene.impact(1.0);
         ASSERT_TRUE(impact);
         // height = t + 5 t^2, written without cancellation.
@@ -61,7 +61,7 @@ TEST(time_of_impact, falling_ball_touches_at_the_root_of_its_parabola) {
 }
 
 TEST(time_of_impact, an_impact_after_the_interval_is_none) {
-    const Scene scene = falling_ball(1.0, 1.0); // touches at 0.358 s
+    const Approach scene = falling_ball(1.0, 1.0); // touches at 0.358 s
     EXPECT_FALSE(scene.impact(0.35));
     EXPECT_TRUE(scene.impact(0.36));
 }
@@ -72,7 +72,7 @@ TEST(time_of_impact, touching_or_leaving_contacts_are_no_impacts) {
 }
 
 TEST(time_of_impact, an_approach_below_the_resting_threshold_rests) {
-    const Scene still = falling_ball(1e-5, 0.0);
+    const Approach still = falling_ball(1e-5, 0.0);
     const double threshold = resting_threshold(still.settings); // sqrt(2 * 10 * 1e-4)
     EXPECT_NEAR(threshold, std::sqrt(2e-3), 1e-15);
     // The speed at the touch counts: the approach, and what the fall over the gap adds.
@@ -90,7 +90,7 @@ TEST(time_of_impact, without_gravity_the_threshold_has_a_floor) {
 
 /// A cube of side 1 m spins about its centre, which falls: a lower edge, at angle 45 deg + w t, touches.
 TEST(time_of_impact, spinning_cube_touches_with_an_edge) {
-    Scene scene;
+    Approach scene;
     scene.settings.gravity = Vec3::Zero();
     const double w = 2.0;
     add_body(scene.bodies, make_props(Box{}, 1000.0), {Vec3(0, 0, 1.0), Quat::Identity()},
@@ -106,7 +106,7 @@ TEST(time_of_impact, spinning_cube_touches_with_an_edge) {
 }
 
 TEST(time_of_impact, the_earliest_of_several_pairs_is_found) {
-    Scene scene;
+    Approach scene;
     scene.settings.gravity = Vec3::Zero();
     const BodyProps ball = make_props(Sphere{0.5}, 1000.0);
     // Bodies 0 and 1 meet after 0.5 s, 2 and 3 after 0.25 s, 4 and 5 after 0.75 s.

@@ -18,14 +18,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-fs::path fresh_folder() {
-    const fs::path folder = test::out_folder("trajectory") /
-                            testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(folder);
-    fs::create_directories(folder);
-    return folder;
-}
-
 SceneDef test_scene() {
     SceneDef scene;
     scene.name = "two bodies";
@@ -104,7 +96,7 @@ std::string read_all(const fs::path& path) {
 } // namespace
 
 TEST(trajectory, records_and_description_are_read_back_bit_for_bit) {
-    const fs::path path = fresh_folder() / "a b.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a b.h5";
     const SceneDef scene = test_scene();
     write_trajectory(path, scene, 1000); // several chunks
     EXPECT_FALSE(fs::exists(part_path(path)));
@@ -124,7 +116,7 @@ TEST(trajectory, records_and_description_are_read_back_bit_for_bit) {
 
 // HDF5 would write the time, in whole seconds.
 TEST(trajectory, same_records_give_the_same_bytes_at_any_time) {
-    const fs::path folder = fresh_folder();
+    const fs::path folder = test::fresh_folder("trajectory");
     write_trajectory(folder / "a.h5", test_scene(), 50);
     std::this_thread::sleep_for(std::chrono::milliseconds(1100));
     write_trajectory(folder / "b.h5", test_scene(), 50);
@@ -144,7 +136,7 @@ Snapshot with_contacts(Snapshot snapshot, int count) {
 }
 
 TEST(trajectory, contacts_are_read_back_bit_for_bit_as_far_as_they_were_asked_for) {
-    const fs::path folder = fresh_folder();
+    const fs::path folder = test::fresh_folder("trajectory");
     const SceneDef scene = test_scene();
     // No contacts in some records, more than a chunk in all.
     const auto count_of = [](std::int64_t k) { return static_cast<int>(k * k % 23 * 10); };
@@ -180,7 +172,7 @@ TEST(trajectory, contacts_are_read_back_bit_for_bit_as_far_as_they_were_asked_fo
 }
 
 TEST(trajectory, a_scene_without_bodies_and_overrides_is_read_back) {
-    const fs::path path = fresh_folder() / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a.h5";
     SceneDef scene;
     scene.name = "nothing";
     write_trajectory(path, scene, 3);
@@ -192,7 +184,7 @@ TEST(trajectory, a_scene_without_bodies_and_overrides_is_read_back) {
 }
 
 TEST(trajectory, a_trajectory_that_is_not_finished_leaves_no_file) {
-    const fs::path path = fresh_folder() / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a.h5";
     {
         TrajectoryWriter writer(path, test_scene());
         writer.append(test_snapshot(0, 2));
@@ -203,7 +195,7 @@ TEST(trajectory, a_trajectory_that_is_not_finished_leaves_no_file) {
 }
 
 TEST(trajectory, missing_folder_is_an_io_error_with_the_systems_reason) {
-    const fs::path path = fresh_folder() / "nowhere" / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "nowhere" / "a.h5";
     try {
         TrajectoryWriter writer(path, test_scene());
         FAIL();
@@ -221,7 +213,7 @@ TEST(trajectory, missing_folder_is_an_io_error_with_the_systems_reason) {
 }
 
 TEST(trajectory, a_file_that_is_no_trajectory_is_an_io_error) {
-    const fs::path path = fresh_folder() / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a.h5";
     write_file(path, std::string("title = \"a scene\"\n"));
     try {
         TrajectoryReader reader(path);
@@ -234,7 +226,7 @@ TEST(trajectory, a_file_that_is_no_trajectory_is_an_io_error) {
 }
 
 TEST(trajectory, a_truncated_file_is_an_io_error) {
-    const fs::path path = fresh_folder() / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a.h5";
     write_trajectory(path, test_scene(), 20);
     const std::string whole = read_text_file(path);
     for (std::size_t size = 0; size < whole.size(); size += whole.size() / 50) {
@@ -250,7 +242,7 @@ TEST(trajectory, a_truncated_file_is_an_io_error) {
 
 // Every byte that is read carries a checksum: a changed one is found, unless it lies in unused space.
 TEST(trajectory, a_changed_byte_is_an_io_error_or_changes_nothing) {
-    const fs::path path = fresh_folder() / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a.h5";
     SceneDef scene = test_scene();
     scene.text = "short";
     write_trajectory(path, scene, 20);
@@ -286,7 +278,7 @@ std::string fault_of(const fs::path& path) {
 }
 
 TEST(trajectory, a_name_that_no_folder_may_have_is_refused) {
-    const fs::path path = fresh_folder() / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a.h5";
     for (const char* name : {"..", "../up", "", "two\nlines"}) {
         SceneDef scene = test_scene();
         scene.name = name;
@@ -296,7 +288,7 @@ TEST(trajectory, a_name_that_no_folder_may_have_is_refused) {
 }
 
 TEST(trajectory, states_that_cannot_be_drawn_are_refused_with_record_and_body) {
-    const fs::path path = fresh_folder() / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a.h5";
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const auto fault_with = [&](auto change) {
         TrajectoryWriter writer(path, test_scene());
@@ -320,7 +312,7 @@ TEST(trajectory, states_that_cannot_be_drawn_are_refused_with_record_and_body) {
 }
 
 TEST(trajectory, another_format_is_refused_by_its_number_and_none_is_the_first) {
-    const fs::path path = fresh_folder() / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a.h5";
     write_trajectory(path, test_scene(), 2);
     const auto change = [&](auto work) {
         const hdf5::Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);
@@ -338,7 +330,7 @@ TEST(trajectory, another_format_is_refused_by_its_number_and_none_is_the_first) 
 }
 
 TEST(trajectory, bodies_that_are_not_those_of_the_scene_are_named) {
-    const fs::path path = fresh_folder() / "a.h5";
+    const fs::path path = test::fresh_folder("trajectory") / "a.h5";
     const SceneDef scene = test_scene();
     write_trajectory(path, scene, 1);
     const TrajectoryReader reader(path);

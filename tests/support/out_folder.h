@@ -29,4 +29,12 @@ inline std::filesystem::path out_folder(const std::string& name) {
     return folder.path / name;
 }
 
+/// An empty folder of this test's own, in out_folder(name).
+inline std::filesystem::path fresh_folder(const std::string& name) {
+    const std::filesystem::path folder = out_folder(name) / testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    return folder;
+}
+
 } // namespace test

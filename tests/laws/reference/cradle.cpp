@@ -8,7 +8,7 @@ namespace reference {
 namespace {
 
 constexpr double step = 2e-5;         // [s] Runge and Kutta's error at 4 rad/s: 1e-20 a step
-constexpr double touching = 1e-14;    // [m]
+constexpr double touching_gap = 1e-14;    // [m]
 constexpr double approaching = 1e-10; // [m/s] less is rounding
 constexpr int bisections = 60;
 
@@ -55,7 +55,7 @@ CradleState moved(const Cradle& c, CradleState s, double h) {
 bool any_passed(const Cradle& c, const CradleState& s) {
     for (std::size_t i = 0; i + 1 < s.angle.size(); ++i) {
         const Meeting m = meeting(c, s, i);
-        if (m.gap < -touching && m.approach > approaching) {
+        if (m.gap < -touching_gap && m.approach > approaching) {
             return true;
         }
     }
@@ -68,7 +68,7 @@ void collide(const Cradle& c, CradleState& s) {
         again = false;
         for (std::size_t i = 0; i + 1 < s.angle.size(); ++i) {
             const Meeting m = meeting(c, s, i);
-            if (m.gap <= touching && m.approach > approaching) {
+            if (m.gap <= touching_gap && m.approach > approaching) {
                 const double impulse = 2 * m.approach / (m.arm * m.arm + m.next_arm * m.next_arm); // over I
                 s.rate[i] -= impulse * m.arm;
                 s.rate[i + 1] += impulse * m.next_arm;

@@ -63,8 +63,6 @@ double gap(const Ball& a, const Ball& b) {
     return (a.centre - b.centre).norm() - a.radius - b.radius;
 }
 
-namespace {
-
 double highest(const Polyhedron& solid, const Vector& u) {
     double h = -std::numeric_limits<double>::infinity();
     for (const Vector& vertex : solid.vertices) {
@@ -72,6 +70,8 @@ double highest(const Polyhedron& solid, const Vector& u) {
     }
     return h;
 }
+
+namespace {
 
 Polyhedron polyhedron_of(const OrientedBox& box) {
     Polyhedron solid;

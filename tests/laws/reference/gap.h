@@ -38,6 +38,9 @@ struct Rod {
     double rounding = 0.0;          ///< [m]
 };
 
+/// Farthest coordinate along a unit direction [m].
+double highest(const Polyhedron& solid, const Vector& u);
+
 /// All points x with (x - point) . normal <= 0.
 struct HalfSpace {
     Vector point = Vector::Zero();   ///< [m]

@@ -26,13 +26,6 @@ double highest(const OrientedBox& box, const Vector& u) {
 double highest(const Ball& ball, const Vector& u) {
     return u.dot(ball.centre) + ball.radius;
 }
-double highest(const Polyhedron& solid, const Vector& u) {
-    double h = -std::numeric_limits<double>::infinity();
-    for (const Vector& vertex : solid.vertices) {
-        h = std::max(h, vertex.dot(u));
-    }
-    return h;
-}
 double highest(const Rod& rod, const Vector& u) {
     const double along = rod.axis.dot(u);
     return u.dot(rod.centre) + rod.half_length * std::abs(along) + rod.radius * rod.axis.cross(u).norm() + rod.rounding;
