@@ -1,5 +1,7 @@
 #include "render/scene/changed.h"
 
+#include "render/scene/floor_region.h"
+
 #include <glm/gtc/matrix_access.hpp>
 
 #include <algorithm>
@@ -17,9 +19,7 @@ constexpr float occlusion_reach_cells = 12.0f;
 /// Half width of a shadow's edge [texels of the shadow map].
 constexpr float shadow_edge_texels = 3.0f;
 /// Smooth edges see one pixel around, and the outermost of a part of a picture are not kept.
-constexpr int margin = 4;
-/// With the sun lower than this over a floor (sine of the angle) shadows reach everywhere.
-constexpr float least_sun_height = 0.1f;
+constexpr int kept_border = 4;
 
 /// Corners of a regular octagon are this many times as far from its middle as its sides.
 constexpr float octagon = 1.0823922f;
@@ -83,10 +83,10 @@ public:
             return {0, 0, size_.x, size_.y};
         }
         const glm::vec2 end(size_);
-        const glm::ivec2 from = glm::clamp(glm::ivec2(glm::floor(glm::clamp(lower_, 0.0f * end, end))) - margin,
-                                           glm::ivec2(0), glm::max(size_ - 2 * margin, 0));
-        const glm::ivec2 to = glm::clamp(glm::ivec2(glm::ceil(glm::clamp(upper_, 0.0f * end, end))) + margin,
-                                         glm::min(from + 2 * margin, size_), size_);
+        const glm::ivec2 from = glm::clamp(glm::ivec2(glm::floor(glm::clamp(lower_, 0.0f * end, end))) - kept_border,
+                                           glm::ivec2(0), glm::max(size_ - 2 * kept_border, 0));
+        const glm::ivec2 to = glm::clamp(glm::ivec2(glm::ceil(glm::clamp(upper_, 0.0f * end, end))) + kept_border,
+                                         glm::min(from + 2 * kept_border, size_), size_);
         return {from.x, from.y, to.x - from.x, to.y - from.y};
     }
 

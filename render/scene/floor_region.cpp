@@ -10,8 +10,6 @@ namespace render {
 namespace {
 
 constexpr int side_count = static_cast<int>(std::tuple_size_v<FloorRegion>);
-/// With the sun lower than this over the floor (sine of the angle) shadows are long beyond use.
-constexpr float least_sun_height = 0.1f;
 
 /// How far the region reaches in each of the directions.
 class Reach {

@@ -10,6 +10,9 @@
 
 namespace render {
 
+/// With the sun lower than this over the floor (sine of the angle) shadows are long beyond use.
+inline constexpr float least_sun_height = 0.1f;
+
 /// A floor's own coordinates: along the tangent and across it, from the origin [m].
 struct FloorFrame {
     glm::vec3 origin;  ///< [m]
