@@ -125,22 +125,30 @@ void print_times(const sim::SceneDef& scene, const render::Film& film, const Fra
                stdout);
 }
 
-} // namespace
-
-void render_trajectory(const Options& options) {
-    using Clock = std::chrono::steady_clock;
-    const Clock::time_point start = Clock::now();
+void require_products(const Options& options) {
     if (options.no_png && (options.no_video || !options.frames.empty())) {
         throw Error(ExitCode::usage, "--no-png leaves nothing to make");
     }
     if (options.inputs.size() != 1) {
         throw Error(ExitCode::usage, "render takes one trajectory");
     }
+}
+
+/// Of a run's folder the trajectory in it.
+fs::path trajectory_of(const fs::path& given) {
+    std::error_code error;
+    return fs::is_directory(given, error) ? given / "trajectory.h5" : given;
+}
+
+} // namespace
+
+void render_trajectory(const Options& options) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    require_products(options);
     const bool has_pipe = is_piped(options);
     const render::StillsSettings stills = stills_of(options);
-    std::error_code error;
-    const fs::path given = options.inputs.front();
-    const fs::path path = fs::is_directory(given, error) ? given / "trajectory.h5" : given;
+    const fs::path path = trajectory_of(options.inputs.front());
     render::configure_gl(options.is_portable);
     const sim::TrajectoryReader trajectory(path);
     sim::SceneDef scene = scene_of(trajectory, path.string(), options);

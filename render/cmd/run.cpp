@@ -113,9 +113,16 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
     std::fflush(stdout);
 }
 
+/// What of the work is shown, and where it can be stopped.
+struct Watch {
+    std::string name;
+    const Workplace* workplace = nullptr; ///< null: no folder is written to
+    ProgressStyle style;
+};
+
 /// Runs simulation and film to their end, with progress.
-void work(Simulation& simulation, render::Film* film, const FrameRange& frames, const std::string& name,
-          const Workplace* workplace, ProgressStyle style) {
+void work(Simulation& simulation, render::Film* film, const FrameRange& frames, const Watch& watch) {
+    const auto& [name, workplace, style] = watch;
     render::ThreadGroup threads; // ends before what its threads use
     if (film != nullptr) {
         film->start(threads);
@@ -147,7 +154,7 @@ std::string run_slice(sim::SceneDef& scene, const fs::path& folder, const Option
                               .write_bodies = options.has_body_ids});
     Simulation simulation(scene, std::move(world), &film);
     simulation.restrict_to(frames);
-    work(simulation, &film, frames, scene.name, &workplace, progress_style(options));
+    work(simulation, &film, frames, {scene.name, &workplace, progress_style(options)});
     if (!options.is_quiet) {
         std::printf("%s: frames %lld to %lld in %s; in %s\n", scene.name.c_str(),
                     static_cast<long long>(frames.begin), static_cast<long long>(frames.end - 1),
@@ -164,7 +171,7 @@ std::string run_piped(const sim::SceneDef& scene, const Options& options) {
     render::Film film(scene, piped_film(options, frames.begin));
     Simulation simulation(scene, std::move(world), &film);
     simulation.restrict_to(frames);
-    work(simulation, &film, frames, scene.name, nullptr, progress_style(options));
+    work(simulation, &film, frames, {scene.name, nullptr, progress_style(options)});
     return simulation.missed_promise();
 }
 
@@ -197,16 +204,22 @@ sim::Summary summary_of(const Task& task, const Simulation& simulation, const re
     return summary;
 }
 
-/// Simulates with the scene's settings, or those of the checkpoint that the scene is resumed from.
-std::unique_ptr<Simulation> simulate(const Task& task, sim::World world, std::optional<Checkpoint> checkpoint,
-                                     render::Film* film, const Workplace& workplace, const Options& options) {
-    auto simulation = std::make_unique<Simulation>(task.scene, std::move(world), film);
-    if (checkpoint) {
-        simulation->go_on_from(std::move(*checkpoint), thread_count(options));
+/// Where a simulation starts: a world at t = 0, or what a run that was interrupted left.
+struct Start {
+    sim::World world;
+    std::optional<Checkpoint> checkpoint;
+};
+
+/// Simulates with the scene's settings, or those of the checkpoint.
+std::unique_ptr<Simulation> simulate(const Task& task, Start start, render::Film* film, const Workplace& workplace,
+                                     const Options& options) {
+    auto simulation = std::make_unique<Simulation>(task.scene, std::move(start.world), film);
+    if (start.checkpoint) {
+        simulation->go_on_from(std::move(*start.checkpoint), thread_count(options));
     }
     simulation->record_to(task.folder / trajectory_name);
     simulation->keep_checkpoints(task.folder, options.checkpoint_period);
-    work(*simulation, film, {0, frame_count_of(task.scene)}, task.scene.name, &workplace, progress_style(options));
+    work(*simulation, film, {0, frame_count_of(task.scene)}, {task.scene.name, &workplace, progress_style(options)});
     return simulation;
 }
 
@@ -245,7 +258,7 @@ std::string run_scene(Task& task, const Options& options, bool has_pictures) {
     }
     sim::AccuracyResult accuracy;
     const std::unique_ptr<Simulation> simulation =
-        world ? simulate(task, std::move(*world), std::move(checkpoint), film.get(), workplace, options)
+        world ? simulate(task, {std::move(*world), std::move(checkpoint)}, film.get(), workplace, options)
               : simulate_to_accuracy(task.input, scene, options, workplace, accuracy);
 
     sim::Summary summary = summary_of(task, *simulation, film.get(), options);
