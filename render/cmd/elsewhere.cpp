@@ -5,6 +5,7 @@
 #include "render/cmd/run_folder.h"
 #include "render/cmd/run_record.h"
 #include "render/cmd/simulation.h"
+#include "render/film/film.h"
 #include "render/gl/context.h"
 #include "render/gl/shader.h"
 #include "render/picture/renderer.h"
@@ -190,7 +191,7 @@ Batch batch_of(const ClusterFilm& film, const Options& options, const std::strin
                                     still_words(options));
         std::error_code error;
         if (!batch.stages.back().missing.empty() || !still_words(options).empty() ||
-            !fs::exists(film.folder / (film.scene.name + ".mp4"), error)) {
+            !fs::exists(film.folder / render::film_file_name(film.scene), error)) {
             join.missing = {0};
         }
         batch.stages.push_back(join);

@@ -96,7 +96,7 @@ void join_frames(const Options& options) {
     const Workplace workplace(folder, run_names(scene.name));
     require_same_run(folder, options.inputs.front());
     forget_products(workplace, scene.name, true);
-    const std::string name = film_name(scene.name);
+    const std::string name = render::film_file_name(scene);
     render::VideoWriter video(folder / name, output.width, output.height, render::video_settings(scene));
     Progress progress(scene.name, "frames", static_cast<std::int64_t>(paths.size()), progress_style(options));
     std::int64_t done = 0;

@@ -301,9 +301,9 @@ bool is_piped(const Options& options) {
         throw Error(ExitCode::usage, "--out - writes frames to standard output: expected --format y4m or rgb24 with it");
     }
     if (options.inputs.size() > 1 || options.accuracy > 0.0 || options.no_video || options.is_resumed || options.has_body_ids ||
-        stills_of(options).is_needed() || is_elsewhere(options.placement)) {
+        !options.passes.empty() || stills_of(options).is_needed() || is_elsewhere(options.placement)) {
         throw Error(ExitCode::usage, "--out - writes the frames of one film and nothing else: not with more scenes, "
-                                     "--accuracy, --no-video, --resume, --body-ids, --poster, --sheet, --webp and --on slurm");
+                                     "--accuracy, --no-video, --resume, --body-ids, --passes, --poster, --sheet, --webp and --on slurm");
     }
     return true;
 }

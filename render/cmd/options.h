@@ -33,6 +33,7 @@ struct Options {
     std::string camera;                   ///< name
     std::string show;                     ///< "time,points": words of overlay.show; "none"
     std::string color_by;                 ///< word of overlay.color_by
+    std::string passes;                   ///< "depth,normal": words of output.passes; "none"
     std::vector<std::string> assignments; ///< "dotted.key=value"
     int threads = 0;                      ///< of the simulation; 0: one a core
     std::string format;                   ///< of a film to standard output: "y4m", "rgb24"

@@ -37,7 +37,7 @@ fs::path film_of(const std::string& input) {
     }
     std::vector<fs::path> films;
     for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
-        if (entry.path().extension() == ".mp4") {
+        if (std::ranges::find(render::film_extensions, entry.path().extension()) != render::film_extensions.end()) {
             films.push_back(entry.path());
         }
     }

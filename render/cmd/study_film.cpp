@@ -108,6 +108,8 @@ void join_panels(const study::Plan& plan, std::span<const Panel> panels, const f
     render::VideoSettings settings = render::video_settings(plan.scene);
     settings.fps = {film_fps, 1};
     settings.crf = 23; // a page holds the film
+    settings.encoder = render::automatic_encoder;
+    settings.bits = 8;
     render::VideoWriter video(folder / "film.mp4", whole.width, whole.height, settings);
     render::Font font;
     for (std::int64_t k = 0; k < frames; ++k) {

@@ -1,6 +1,7 @@
 #include "render/cmd/workplace.h"
 
 #include "render/film/stills.h"
+#include "render/film/video_writer.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 
@@ -41,7 +42,7 @@ void remove_frame_parts(const fs::path& folder) {
 
 bool is_frame_name(std::string_view name) {
     constexpr std::string_view prefix = "frame_";
-    for (const std::string_view suffix : {".bodies.json", ".bodies.png", ".png"}) {
+    for (const std::string_view suffix : {".bodies.json", ".bodies.png", ".exr", ".png"}) {
         if (name.size() > prefix.size() + suffix.size() && name.starts_with(prefix) && name.ends_with(suffix)) {
             const std::string_view digits =
                 name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
@@ -84,12 +85,11 @@ void make_folder(const fs::path& folder) {
     }
 }
 
-std::string film_name(const std::string& scene) {
-    return scene + ".mp4";
-}
-
 std::vector<std::string> product_names(const std::string& scene) {
-    std::vector<std::string> names{film_name(scene)};
+    std::vector<std::string> names;
+    for (const char* extension : render::film_extensions) {
+        names.push_back(scene + extension);
+    }
     for (const std::string& name : render::stills_names(scene)) {
         names.push_back(name);
     }

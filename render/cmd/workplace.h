@@ -15,15 +15,14 @@ inline constexpr const char* summary_name = "summary.json";
 /// Beside them until the run is whole; see checkpoint.h.
 inline constexpr const char* checkpoint_name = "checkpoint.bin";
 inline constexpr const char* states_name = "checkpoint.states";
-std::string film_name(const std::string& scene);
-/// Film and stills.
+/// Films of all encoders, and stills.
 std::vector<std::string> product_names(const std::string& scene);
 /// All of them.
 std::vector<std::string> run_names(const std::string& scene);
 
 /// Creates a folder and those above it. Throws Error (io).
 void make_folder(const std::filesystem::path& folder);
-/// "frame_000000.png", and what lies beside it: "frame_000000.bodies.png", "frame_000000.bodies.json".
+/// "frame_000000.png", and what lies beside it: "frame_000000.bodies.png", "frame_000000.bodies.json", "frame_000000.exr".
 bool is_frame_name(std::string_view name);
 /// Removes frame_NNNNNN.png and what lies beside them from a folder, but those of these names. Throws Error (io).
 void remove_frame_files(const std::filesystem::path& folder, const std::set<std::string>& kept = {});

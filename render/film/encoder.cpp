@@ -6,8 +6,10 @@ extern "C" {
 #include <libavutil/opt.h>
 }
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <limits>
 #include <set>
@@ -31,16 +33,45 @@ constexpr const char* quick_search = ":subme=1:me=dia:partitions=none";
 // The same of x265, which also would write to stderr by itself.
 constexpr const char* reproducible_x265 = "pools=none:frame-threads=1:log-level=none";
 
-bool makes_films(const AVCodec& codec) {
-    return av_codec_is_encoder(&codec) != 0 &&
-           (codec.id == AV_CODEC_ID_H264 || codec.id == AV_CODEC_ID_HEVC || codec.id == AV_CODEC_ID_AV1);
+/// A codec that films are made with, the names of its containers, and pixels of 8 and 10 bits a colour in the order of
+/// preference.
+struct FilmCodec {
+    AVCodecID id;
+    const char* extension;
+    std::array<AVPixelFormat, 2> pixels_8;
+    std::array<AVPixelFormat, 2> pixels_10;
+};
+
+constexpr FilmCodec video_420(AVCodecID id, const char* extension) {
+    return {id, extension, {AV_PIX_FMT_YUV420P, AV_PIX_FMT_NONE}, {AV_PIX_FMT_YUV420P10, AV_PIX_FMT_P010}};
+}
+
+// ProRes has no 8 bits; FFV1 keeps red, green and blue as they are.
+constexpr FilmCodec film_codecs[] = {
+    video_420(AV_CODEC_ID_H264, ".mp4"),
+    video_420(AV_CODEC_ID_HEVC, ".mp4"),
+    video_420(AV_CODEC_ID_AV1, ".mp4"),
+    video_420(AV_CODEC_ID_VP9, ".webm"),
+    {AV_CODEC_ID_PRORES, ".mov", {AV_PIX_FMT_YUV422P10, AV_PIX_FMT_NONE}, {AV_PIX_FMT_YUV422P10, AV_PIX_FMT_NONE}},
+    {AV_CODEC_ID_FFV1, ".mkv", {AV_PIX_FMT_BGR0, AV_PIX_FMT_NONE}, {AV_PIX_FMT_GBRP10, AV_PIX_FMT_NONE}},
+};
+
+/// Null if no films are made with it.
+const FilmCodec* film_codec(const AVCodec& codec) {
+    const auto* known = std::ranges::find(film_codecs, codec.id, &FilmCodec::id);
+    return av_codec_is_encoder(&codec) != 0 && known != std::end(film_codecs) ? known : nullptr;
+}
+
+const AVCodec* encoder_by_name(const std::string& word) {
+    return avcodec_find_encoder_by_name(word == automatic_encoder ? "libx264" : word.c_str());
 }
 
 const AVCodec& find_encoder(const std::string& word) {
-    const std::string name = word == automatic_encoder ? "libx264" : word;
-    const AVCodec* codec = avcodec_find_encoder_by_name(name.c_str());
-    if (codec == nullptr || !makes_films(*codec)) {
-        throw Error(ExitCode::usage, fmt::format("this libavcodec has no encoder '{}' of H.264, HEVC or AV1", name));
+    const AVCodec* codec = encoder_by_name(word);
+    if (codec == nullptr || film_codec(*codec) == nullptr) {
+        throw Error(ExitCode::usage, fmt::format("this libavcodec has no encoder '{}' of films, but: {}",
+                                                 word == automatic_encoder ? "libx264" : word,
+                                                 fmt::join(encoder_names(), ", ")));
     }
     return *codec;
 }
@@ -58,6 +89,10 @@ void set_options(AVCodecContext& codec, const AVCodec& encoder, const VideoSetti
         return encoder.priv_class != nullptr && av_opt_find(codec.priv_data, option, nullptr, 0, 0) != nullptr;
     };
     const std::string quality = std::to_string(settings.crf);
+    if (codec.codec_id == AV_CODEC_ID_FFV1) {
+        codec.level = 3; // the version that archives keep; lossless
+        return;
+    }
     if (name == "libx264" || name == "libx265") {
         check(options.set("preset", settings.preset.c_str()));
     }
@@ -74,10 +109,27 @@ void set_options(AVCodecContext& codec, const AVCodec& encoder, const VideoSetti
         check(options.set("cq", quality.c_str()));
     } else if (has("qp")) {
         check(options.set("qp", quality.c_str()));
+    } else if (codec.codec_id == AV_CODEC_ID_PRORES) {
+        check(options.set("vendor", "apl0")); // what other programs expect; its profile decides on the quality
     } else {
         codec.flags |= AV_CODEC_FLAG_QSCALE;
         codec.global_quality = settings.crf * FF_QP2LAMBDA;
     }
+}
+
+/// Those of the encoder's that have as many bits; none: the first of the codec's, which it then refuses.
+AVPixelFormat pixel_format(const AVCodec& encoder, int bits) {
+    const FilmCodec& known = *film_codec(encoder);
+    const std::array<AVPixelFormat, 2>& wanted = bits == 10 ? known.pixels_10 : known.pixels_8;
+    for (const AVPixelFormat format : wanted) {
+        for (const AVPixelFormat* has = encoder.pix_fmts; has != nullptr && *has != AV_PIX_FMT_NONE; ++has) {
+            if (*has == format) {
+                return format;
+            }
+        }
+    }
+    throw Error(ExitCode::usage, fmt::format("{} has no pixels of {} bits a colour that films are made with",
+                                             encoder.name, bits));
 }
 
 /// Size, rate, colours and what they mean.
@@ -89,15 +141,16 @@ void set_format(AVCodecContext& codec, const VideoSettings& settings, int width,
     const AVRational fps{static_cast<int>(settings.fps.num), static_cast<int>(settings.fps.den)};
     codec.width = width;
     codec.height = height;
-    codec.pix_fmt = AV_PIX_FMT_YUV420P;
+    codec.pix_fmt = pixel_format(*codec.codec, settings.bits);
     codec.time_base = av_inv_q(fps);
     codec.framerate = fps;
     codec.sample_aspect_ratio = {1, 1};
     codec.color_primaries = AVCOL_PRI_BT709;
     codec.color_trc = AVCOL_TRC_BT709;
-    codec.colorspace = AVCOL_SPC_BT709;
-    codec.color_range = AVCOL_RANGE_MPEG;
-    codec.chroma_sample_location = AVCHROMA_LOC_LEFT;
+    const bool is_rgb = codec.codec_id == AV_CODEC_ID_FFV1;
+    codec.colorspace = is_rgb ? AVCOL_SPC_RGB : AVCOL_SPC_BT709;
+    codec.color_range = is_rgb ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
+    codec.chroma_sample_location = is_rgb ? AVCHROMA_LOC_UNSPECIFIED : AVCHROMA_LOC_LEFT;
     codec.thread_count = 1;
     codec.flags |= AV_CODEC_FLAG_BITEXACT;
 }
@@ -108,11 +161,17 @@ std::vector<std::string> encoder_names() {
     std::set<std::string> names;
     void* place = nullptr;
     while (const AVCodec* codec = av_codec_iterate(&place)) {
-        if (makes_films(*codec)) {
+        if (film_codec(*codec) != nullptr) {
             names.insert(codec->name);
         }
     }
     return {names.begin(), names.end()};
+}
+
+std::string film_extension(const std::string& encoder) {
+    const AVCodec* codec = encoder_by_name(encoder);
+    const FilmCodec* known = codec == nullptr ? nullptr : film_codec(*codec);
+    return known == nullptr ? film_extensions.front() : known->extension;
 }
 
 CodecContext open_encoder(const VideoSettings& settings, int width, int height, bool is_headed_by_file) {

@@ -1,6 +1,7 @@
 #include "render/film/film.h"
 
 #include "render/picture/body_image.h"
+#include "render/picture/passes.h"
 #include "render/picture/renderer.h"
 #include "sim/base/error.h"
 #include "sim/model/film_clock.h"
@@ -45,7 +46,7 @@ private:
 
 RenderSettings film_settings(const sim::OutputDef& output, bool writes_bodies) {
     RenderSettings settings = render_settings(output);
-    settings.reads_ids = settings.smooth_edges || writes_bodies;
+    settings.reads_ids = settings.smooth_edges || writes_bodies || output.has_passes();
     return settings;
 }
 
@@ -75,12 +76,21 @@ VideoSettings video_settings(const sim::SceneDef& scene) {
     settings.crf = scene.output.crf;
     settings.preset = scene.output.effort;
     settings.encoder = scene.output.encoder;
+    settings.bits = scene.output.bits;
     settings.metadata = {{"title", scene.title.empty() ? scene.name : scene.title}, {"comment", comment}};
     return settings;
 }
 
 std::string frame_file_name(std::int64_t frame) {
     return fmt::format("frames/frame_{:06}.png", frame);
+}
+
+std::string film_file_name(const sim::SceneDef& scene) {
+    return scene.name + film_extension(scene.output.encoder);
+}
+
+std::string pass_file_name(std::int64_t frame) {
+    return fmt::format("frames/frame_{:06}.exr", frame);
 }
 
 Film::Film(const sim::SceneDef& scene, const FilmSettings& settings)
@@ -138,7 +148,7 @@ std::int64_t Film::frames_done() const {
 std::vector<sim::WrittenFile> Film::files() const {
     std::vector<sim::WrittenFile> files = video_files_;
     files.insert(files.end(), png_files_.begin(), png_files_.end());
-    files.insert(files.end(), body_files_.begin(), body_files_.end());
+    files.insert(files.end(), number_files_.begin(), number_files_.end());
     return files;
 }
 
@@ -146,7 +156,9 @@ std::vector<sim::WrittenFile> Film::files() const {
 std::shared_ptr<const Image> Film::kept_picture(std::int64_t frame) const {
     const std::filesystem::path path = settings_.folder / frame_file_name(frame);
     std::error_code error;
-    if (!settings_.keep_frames || !std::filesystem::is_regular_file(path, error)) {
+    if (!settings_.keep_frames || !std::filesystem::is_regular_file(path, error) ||
+        (scene_.output.has_passes() &&
+         !std::filesystem::is_regular_file(settings_.folder / pass_file_name(frame), error))) {
         return nullptr;
     }
     try {
@@ -162,10 +174,6 @@ std::shared_ptr<const Image> Film::kept_picture(std::int64_t frame) const {
 
 void Film::list_shots() {
     const sim::OutputDef& output = scene_.output;
-    const auto open_at = [&output](std::int64_t frame) {
-        const double fps = output.fps.value();
-        return output.shutter / fps * sim::speed_at(output, static_cast<double>(frame) / fps);
-    };
     sim::SceneDef colored = scene_; // its bodies' colours may change from frame to frame
     while (const std::optional<State> state = states_.pop()) {
         const Stopwatch watch(times_.list);
@@ -180,7 +188,7 @@ void Film::list_shots() {
                 colored.bodies[i].look.color = colors[i];
             }
         }
-        const double open = open_at(state->frame);
+        const double open = output.shutter * frame_time(state->frame);
         const std::vector<sim::Snapshot> moments = output.shutter > 0.0
                                                        ? states_in_shutter(*state->snapshot, open, output.subframes)
                                                        : std::vector{*state->snapshot};
@@ -224,12 +232,13 @@ void Film::draw_shots() {
         }
         return drawn_.push(std::move(shot));
     };
+    const bool needs_depth = overlay_.needs_depth() || scene_.output.has_passes();
     const int middle = scene_.output.shutter > 0.0 ? scene_.output.subframes / 2 : 0;
     while (std::optional<Shot> shot = listed_.pop()) {
         if (shot->kept == nullptr) {
             const Stopwatch watch(times_.draw);
             // What lies over a blurred picture lies where the middle one shows it.
-            renderer->begin(shot->list, overlay_.needs_depth() && shot->left == middle);
+            renderer->begin(shot->list, needs_depth && shot->left == middle);
             ++drawing;
         }
         begun.push_back(std::move(*shot));
@@ -259,13 +268,8 @@ void Film::finish_pictures() {
             if (!shot->depth.depth.empty()) {
                 depth = std::move(shot->depth);
             }
-            if (settings_.write_bodies && shot->is_first) {
-                const std::string name = frame_file_name(shot->state.frame);
-                for (const std::string& file :
-                     write_body_image(settings_.folder, name, scene_, *shot->state.snapshot,
-                                      body_ids(shot->raw, shot->list))) {
-                    body_files_.push_back(sim::describe_file(settings_.folder, file));
-                }
+            if (shot->is_first) {
+                write_numbers(*shot, depth);
             }
             mean.add(std::move(image), shot->list.redrawn);
             image = shot->left == 0 ? mean.take() : Image();
@@ -281,6 +285,28 @@ void Film::finish_pictures() {
     }
     for_png_.close();
     for_video_.close();
+}
+
+void Film::write_numbers(const Shot& shot, const DepthPicture& depth) {
+    const std::string name = frame_file_name(shot.state.frame);
+    if (settings_.write_bodies) {
+        for (const std::string& file : write_body_image(settings_.folder, name, scene_, *shot.state.snapshot,
+                                                        body_ids(shot.raw, shot.list))) {
+            number_files_.push_back(sim::describe_file(settings_.folder, file));
+        }
+    }
+    if (scene_.output.has_passes()) {
+        const PassSource source{*plan_, shot.raw, shot.list, depth, *shot.state.snapshot, frame_time(shot.state.frame)};
+        const std::string file = pass_file_name(shot.state.frame);
+        sim::write_file_unsynced(settings_.folder / file, encode_exr(make_passes(source, scene_.output),
+                                                                     scene_.output.width, scene_.output.height));
+        number_files_.push_back(sim::describe_file(settings_.folder, file));
+    }
+}
+
+double Film::frame_time(std::int64_t frame) const {
+    const double fps = scene_.output.fps.value();
+    return sim::speed_at(scene_.output, static_cast<double>(frame) / fps) / fps;
 }
 
 void Film::hand_on(const Picture& picture) {
@@ -306,7 +332,7 @@ void Film::write_frames() {
 }
 
 void Film::encode_video(const ThreadGroup& threads) {
-    const std::string name = scene_.name + ".mp4";
+    const std::string name = film_file_name(scene_);
     VideoWriter video(settings_.folder / name, scene_.output.width, scene_.output.height,
                       video_settings(scene_));
     while (const std::optional<Picture> picture = for_video_.pop()) {

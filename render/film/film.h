@@ -30,13 +30,19 @@ namespace render {
 /// Encoder settings of a scene's film: frame rate, title, and how it was made as a comment.
 VideoSettings video_settings(const sim::SceneDef& scene);
 
+/// "funnel.mp4", relative to the folder of the run; its end is that of the encoder's container.
+std::string film_file_name(const sim::SceneDef& scene);
+
 /// "frames/frame_000000.png", relative to the folder of the run.
 std::string frame_file_name(std::int64_t frame);
+
+/// The same of its passes: "frames/frame_000000.exr".
+std::string pass_file_name(std::int64_t frame);
 
 struct FilmSettings {
     std::filesystem::path folder; ///< where frames/ and the film go; exists
     bool write_png = true;
-    bool write_video = true;  ///< folder / <scene>.mp4
+    bool write_video = true;  ///< folder / film_file_name()
     bool keep_frames = false; ///< a frame whose file is there is read, not drawn again
     std::int64_t first_frame = 0; ///< frames before it are seen, for what later ones show of them, but not drawn
     std::vector<std::int64_t> frames{}; ///< ascending; only these are drawn; empty: all
@@ -110,6 +116,8 @@ private:
     void list_shots();
     void draw_shots();
     void finish_pictures();
+    void write_numbers(const Shot& shot, const DepthPicture& depth);
+    double frame_time(std::int64_t frame) const; // [s] simulated, to the next one
     void hand_on(const Picture& picture);
     void write_frames();
     void encode_video(const ThreadGroup& threads);
@@ -129,7 +137,7 @@ private:
     std::atomic<std::int64_t> pngs_done_ = 0;
     std::atomic<std::int64_t> video_frames_done_ = 0;
     std::string renderer_string_;               // of the thread that draws
-    std::vector<sim::WrittenFile> body_files_;  // of the thread that finishes
+    std::vector<sim::WrittenFile> number_files_; // of the thread that finishes
     std::vector<sim::WrittenFile> png_files_;   // of the thread that writes them
     std::vector<sim::WrittenFile> video_files_; // of the thread that encodes
     FilmTimes times_;                           // each of the thread that does it

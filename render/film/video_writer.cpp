@@ -60,7 +60,7 @@ struct VideoWriter::Impl {
     CodecContext codec;
     Scaler scaler;
     Frame rgb; // [px] even(width) x even(height), RGB24
-    Frame yuv; // the same in 4:2:0
+    Frame yuv; // the same as the encoder takes it
     Packet packet;
 
     Impl(const std::filesystem::path& p, int w, int h) : path(p), width(w), height(h) {}
@@ -101,7 +101,9 @@ struct VideoWriter::Impl {
 void VideoWriter::Impl::open_file() {
     const std::string part = sim::part_path(path).string();
     AVFormatContext* raw_format = nullptr;
-    check(avformat_alloc_output_context2(&raw_format, nullptr, "mp4", part.c_str()));
+    // By the name without ".part".
+    const AVOutputFormat* container = av_guess_format(nullptr, path.filename().string().c_str(), nullptr);
+    check(avformat_alloc_output_context2(&raw_format, container, container == nullptr ? "mp4" : nullptr, part.c_str()));
     format.reset(raw_format);
     format->flags |= AVFMT_FLAG_BITEXACT; // no version of libavformat in the file
     // "file:" keeps a colon in the name from being read as a protocol. Fast start opens the file again by
@@ -128,7 +130,7 @@ void VideoWriter::Impl::open_codec(const VideoSettings& settings) {
 
 void VideoWriter::Impl::write_header(const VideoSettings& settings) {
     check(avcodec_parameters_from_context(stream->codecpar, codec.get()));
-    if (codec->codec_id == AV_CODEC_ID_HEVC) {
+    if (codec->codec_id == AV_CODEC_ID_HEVC) { // in MP4
         stream->codecpar->codec_tag = MKTAG('h', 'v', 'c', '1'); // the name under which all players know it
     }
     stream->time_base = codec->time_base;
@@ -139,10 +141,12 @@ void VideoWriter::Impl::write_header(const VideoSettings& settings) {
         check(av_dict_set(&format->metadata, key.c_str(), value.c_str(), 0));
     }
     Dictionary options;
-    check(options.set("movflags", "+faststart+use_metadata_tags"));
+    if (av_opt_find(format->priv_data, "movflags", nullptr, 0, 0) != nullptr) {
+        check(options.set("movflags", "+faststart+use_metadata_tags"));
+    }
     check(avformat_write_header(format.get(), options.get()));
     if (options.first_key() != nullptr) {
-        fail(std::string("the MP4 writer does not know the option '") + options.first_key() + "'");
+        fail(std::string("the writer of films does not know the option '") + options.first_key() + "'");
     }
 }
 
@@ -157,7 +161,7 @@ void VideoWriter::Impl::make_frames() {
         return frame;
     };
     rgb = make(AV_PIX_FMT_RGB24);
-    yuv = make(AV_PIX_FMT_YUV420P);
+    yuv = make(codec->pix_fmt);
     yuv->color_primaries = codec->color_primaries;
     yuv->color_trc = codec->color_trc;
     yuv->colorspace = codec->colorspace;
@@ -177,15 +181,18 @@ void VideoWriter::Impl::make_frames() {
     set("src_range", 1);
     set("dstw", even(width));
     set("dsth", even(height));
-    set("dst_format", AV_PIX_FMT_YUV420P);
-    set("dst_range", 0);
-    set("dst_h_chr_pos", chroma_left_h);
-    set("dst_v_chr_pos", chroma_left_v);
+    const int is_full = codec->color_range == AVCOL_RANGE_JPEG ? 1 : 0;
+    set("dst_format", codec->pix_fmt);
+    set("dst_range", is_full);
+    if (is_full == 0) {
+        set("dst_h_chr_pos", chroma_left_h);
+        set("dst_v_chr_pos", chroma_left_v);
+    }
     set("sws_flags", scaler_flags);
     check(sws_init_context(scaler.get(), nullptr, nullptr));
     const int* bt709 = sws_getCoefficients(SWS_CS_ITU709);
     constexpr int unity = 1 << 16; // contrast and saturation 1 in 16.16
-    check(sws_setColorspaceDetails(scaler.get(), bt709, 1, bt709, 0, 0, unity, unity));
+    check(sws_setColorspaceDetails(scaler.get(), bt709, 1, bt709, is_full, 0, unity, unity));
 }
 
 void VideoWriter::Impl::copy_padded(const Image& image) {

@@ -1,7 +1,7 @@
 #pragma once
-/// Pictures in memory -> MP4 file, in the process (sole user of libav for writing).
+/// Pictures in memory -> a film's file, in the process (sole user of libav for writing).
 ///
-/// 4:2:0 of H.264 by x264, or by another encoder of libavcodec's; constant frame rate, index at the front (fast
+/// MP4 with 4:2:0 of H.264 by x264, or by another encoder of libavcodec's, in the container that fits; constant frame rate, index at the front (fast
 /// start). RGB is converted by BT.709 to the limited range with chroma sited left, and the stream is tagged so. With
 /// x264 the same pictures and settings give the same bytes on every x86-64 processor and for any number of cores, with
 /// the same versions of libav and x264.
@@ -11,6 +11,7 @@
 #include "render/picture/image.h"
 #include "sim/base/rational.h"
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -26,13 +27,19 @@ struct VideoSettings {
     sim::Rational fps{60, 1};      ///< [1/s] > 0, numerator and denominator below 2^31
     int crf = 18;                  ///< rate factor [-] 0 (of x264: lossless) .. 51; 18 looks like the source
     std::string preset = "medium"; ///< of x264 and x265: effort against file size
-    std::string encoder = automatic_encoder; ///< libavcodec's name of one of H.264, HEVC or AV1
+    std::string encoder = automatic_encoder; ///< libavcodec's name: one of encoder_names()
+    int bits = 8;                            ///< of a colour: 8, or 10 where the encoder has it
     /// Key and text, written into the file in this order ("title", "comment", ...).
     std::vector<std::pair<std::string, std::string>> metadata{};
 };
 
-/// Of libavcodec's encoders, those of H.264, HEVC and AV1, in alphabetical order.
+/// Of libavcodec's encoders, those of H.264, HEVC, AV1, VP9, ProRes and FFV1, in alphabetical order.
 std::vector<std::string> encoder_names();
+
+/// All names that a film's file may end in; the first is that of automatic_encoder.
+inline constexpr std::array film_extensions{".mp4", ".webm", ".mov", ".mkv"};
+/// What the file of an encoder's films ends in, by the container that fits; of an unknown one as automatic_encoder.
+std::string film_extension(const std::string& encoder);
 
 /// Throws Error (usage) if the encoder is not there or refuses such pictures, or the film is larger [px] than any takes,
 /// before anything is written.

@@ -35,6 +35,11 @@ std::vector<DrawList> PicturePlan::lists(const sim::SceneDef& colored, std::span
     return make_draw_lists(colored, geometry_, camera_, states, viewport_);
 }
 
+glm::dmat4 PicturePlan::clip_from_world(const sim::Snapshot& snapshot) const {
+    const double aspect = static_cast<double>(viewport_.width) / viewport_.height;
+    return glm::dmat4(make_camera(view_point(camera_view(camera_, snapshot, aspect), aspect), {1.0, 2.0}).clip_from_world);
+}
+
 Image PicturePlan::picture(const RawPicture& raw, const DrawList& list) const {
     return settings_.smooth_edges ? smooth_edges(raw, geometry_, list, viewport_) : flipped(raw);
 }

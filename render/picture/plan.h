@@ -40,6 +40,8 @@ public:
     /// The same of several states of one picture; see make_draw_lists().
     std::vector<DrawList> lists(const sim::SceneDef& colored, std::span<const sim::Snapshot> states) const;
     std::vector<DrawList> lists(std::span<const sim::Snapshot> states) const { return lists(scene_, states); }
+    /// The camera at a state's time; x, y and w as in the state's list.
+    glm::dmat4 clip_from_world(const sim::Snapshot& snapshot) const;
     /// The picture of what was drawn of the list.
     Image picture(const RawPicture& raw, const DrawList& list) const;
 

@@ -24,10 +24,6 @@ constexpr double least_texel_in_views = 0.0009;
 /// Cells that the occlusion volume reaches beyond the bodies.
 constexpr float occlusion_margin_cells = 4.0f;
 
-glm::dvec3 to_glm_double(const Vec3& v) {
-    return {v.x(), v.y(), v.z()};
-}
-
 /// Floors of all visible plane bodies; what lies around them is filled in later.
 std::vector<Floor> make_floors(const sim::SceneDef& scene, const sim::Snapshot& snapshot, const View& view) {
     std::vector<Floor> floors;
@@ -221,13 +217,12 @@ DrawList common_list(const Shown& shown, const std::vector<Parts>& parts, const 
     list.redrawn = {0, 0, viewport.width, viewport.height};
     list.shadows_redrawn = {0, 0, viewport.shadow_size, viewport.shadow_size};
     list.floors = make_floors(shown.scene, shown.states.front(), shown.view);
-    const ViewPoint view_point{to_glm_double(shown.view.eye), to_glm_double(shown.view.target), shown.view.fov_degrees,
-                               static_cast<double>(viewport.width) / viewport.height};
+    const ViewPoint point = view_point(shown.view, static_cast<double>(viewport.width) / viewport.height);
     const auto extent = static_cast<double>(geometry.floor_extent);
-    list.camera = make_camera(view_point, depth_range(view_point, all, extent, !list.floors.empty()));
+    list.camera = make_camera(point, depth_range(point, all, extent, !list.floors.empty()));
     const double margin = static_cast<double>(occlusion_margin_cells * geometry.occlusion_cell);
     list.shadow =
-        make_shadow_volume({glm::dvec3(geometry.light.to_sun), view_point.target, shown.scale, reach_in_views,
+        make_shadow_volume({glm::dvec3(geometry.light.to_sun), point.target, shown.scale, reach_in_views,
                             margin, viewport.shadow_size, least_texel_in_views * shown.scale},
                            all);
     const float occlusion_reach = 2.0f * occlusion_margin_cells * geometry.occlusion_cell;
@@ -283,6 +278,13 @@ bool has_moving_floor(const sim::SceneDef& scene, const std::vector<bool>& moves
 }
 
 } // namespace
+
+ViewPoint view_point(const View& view, double aspect) {
+    return {{view.eye.x(), view.eye.y(), view.eye.z()},
+            {view.target.x(), view.target.y(), view.target.z()},
+            view.fov_degrees,
+            aspect};
+}
 
 DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,
                         const sim::CameraDef& camera, const sim::Snapshot& snapshot,

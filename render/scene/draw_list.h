@@ -1,5 +1,6 @@
 #pragma once
 /// What is drawn of one snapshot: the seam between the scene (Eigen, double) and OpenGL (GLM, float).
+#include "render/scene/camera.h"
 #include "render/scene/draw_types.h"
 #include "render/scene/floor_region.h"
 #include "render/scene/geometry.h"
@@ -118,6 +119,9 @@ struct Viewport {
     int height = 0;
     int shadow_size = 0;
 };
+
+/// A view, for pictures of width / height `aspect`.
+ViewPoint view_point(const View& view, double aspect);
 
 /// What is drawn. camera: one of the scene's. Bodies whose pose is not finite are left out.
 DrawList make_draw_list(const sim::SceneDef& scene, const SceneGeometry& geometry,

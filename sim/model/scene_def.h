@@ -5,6 +5,7 @@
 #include "sim/model/overlay_def.h"
 #include "sim/model/shape.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -154,6 +155,10 @@ struct SpeedKey {
     double speed = 1.0;                        ///< [-] >= 0: simulated seconds a second of film
 };
 
+/// What is written beside each frame; the words of `output.passes`, in this order.
+enum class PicturePass { depth, normal, body, motion, alpha };
+inline constexpr int pass_count = 5;
+
 struct OutputDef {
     int width = 1280;                          ///< [px] 1..16384
     int height = 720;                          ///< [px] 1..16384
@@ -164,15 +169,20 @@ struct OutputDef {
     int crf = 18;                              ///< the encoder's rate factor, 0 (lossless) .. 51
     std::string effort = "veryfast";           ///< x264's preset: effort against size of the film
     std::string encoder = "auto";              ///< libavcodec's name of the film's encoder; auto: libx264
+    int bits = 8;                              ///< of a colour in the film: 8 or 10
     std::string gl = "auto";                   ///< what draws: auto, osmesa, egl, or egl:0, egl:1, ...
     double shutter = 0.0;                      ///< [-] 0..1 of the time between two frames; 0: no motion blur
     int subframes = 8;                         ///< 1..256 pictures that a blurred frame is the mean of
+    std::array<bool, pass_count> passes{};     ///< beside each frame
     Rational fps{60, 1};                       ///< [1/s] > 0
     Rational duration{6, 1};                   ///< [s] > 0, of the film
     double speed = 1.0;                        ///< [-] > 0: simulated seconds a second of film
     std::vector<SpeedKey> speed_keys;          ///< instead: straight from key to key, held before and after them
     int record_every = 0;                      ///< steps a trajectory record; 0: one record a frame
     std::string camera;                        ///< name; empty: the first
+
+    bool has(PicturePass pass) const { return passes[static_cast<std::size_t>(pass)]; }
+    bool has_passes() const { return passes != std::array<bool, pass_count>{}; }
 };
 
 /// The preset as such: other keys at their defaults.

@@ -45,6 +45,7 @@ Json settings_json(const SceneDef& scene, int threads) {
             {"crf", output.crf},
             {"effort", output.effort},
             {"encoder", output.encoder},
+            {"bits", output.bits},
             {"gl", output.gl},
             {"shutter", output.shutter},
             {"subframes", output.subframes},

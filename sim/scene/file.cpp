@@ -108,12 +108,22 @@ OutputDef read_output(const TextSource& source, const TreeNode& node) {
     }
     output.shutter = section.number("shutter");
     output.subframes = section.integer("subframes");
+    for (const int word : section.words("passes")) {
+        output.passes[static_cast<std::size_t>(word)] = true;
+    }
+    if (output.has_passes() && output.shutter > 0.0) {
+        section.fail("passes", "passes show one instant, expected shutter = 0");
+    }
     output.fps = section.fraction("fps");
     output.duration = section.fraction("duration");
     read_speed(output, section);
     output.record_every = section.integer("record_every");
     output.camera = section.has("camera") ? section.text("camera") : "";
     output.encoder = section.text("encoder");
+    output.bits = section.integer("bits");
+    if (output.bits == 9) {
+        section.fail("bits", "bits is 9, expected 8 or 10");
+    }
     output.gl = section.text("gl");
     if (const std::string fault = gl_word_fault(output.gl); !fault.empty()) {
         section.fail("gl", "gl " + fault);

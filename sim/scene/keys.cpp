@@ -202,14 +202,19 @@ SectionSpec output_section() {
                  "own), medium", any,
                  "ultrafast superfast veryfast faster fast medium slow slower veryslow"},
                 {"encoder", text, "", "\"auto\"",
-                 "of the film, by libavcodec's name: libx265, libsvtav1, h264_nvenc or another of H.264, HEVC or AV1; "
-                 "auto: libx264, whose bytes do not depend on the machine", any, ""},
+                 "of the film, by libavcodec's name: libx265, libsvtav1, h264_nvenc or another of H.264, HEVC or AV1, in MP4; "
+                 "libvpx-vp9, in WebM; prores_ks, in QuickTime; ffv1 (lossless), in Matroska; auto: libx264, whose "
+                 "bytes do not depend on the machine", any, ""},
+                {"bits", integer, "bit", "8", "of a colour in the film: 8, or 10 where the encoder has it", {8, 10}, ""},
                 {"gl", text, "", "\"auto\"",
                  "what draws: osmesa or egl (in software), egl:0, egl:1, ... (graphics cards; `tumble devices` lists "
                  "them); auto: osmesa where it is built in, else egl", any, ""},
                 {"shutter", number, "", "0",
                  "motion blur: share of the time between two frames in which the shutter is open", unit_interval, ""},
                 {"subframes", integer, "", "8", "pictures that a blurred frame is the mean of", {1, 256}, ""},
+                {"passes", words, "", "[]",
+                 "beside each frame, as 32-bit OpenEXR: `depth`, `normal`, `body`, `motion`, `alpha`; not of blurred "
+                 "frames; what the numbers mean: render/film/README.md", any, "depth normal body motion alpha"},
                 {"fps", fraction, "1/s", "60", "frame k shows step round(k / (fps h))", {0.0, 1e4, true}, ""},
                 {"duration",
                  fraction,

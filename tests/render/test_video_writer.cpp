@@ -1,3 +1,4 @@
+#include "render/film/video_reader.h"
 #include "render/film/video_writer.h"
 #include "tests/support/out_folder.h"
 
@@ -104,6 +105,46 @@ TEST(video_writer, films_of_other_encoders_can_be_read_again) {
         for (std::size_t k = 0; k < pictures.size(); ++k) {
             EXPECT_GT(test::psnr(test::to_rgb(film.frames[k]), pictures[k]), 30.0) << encoder << " frame " << k;
         }
+    }
+}
+
+// By libavcodec's names: what the file begins with, and what is read of it.
+TEST(video_writer, codecs_come_in_the_container_that_fits) {
+    const fs::path folder = fresh_folder();
+    const std::vector<Image> pictures = test_pictures(160, 90, 6);
+    const std::vector<std::string> names = encoder_names();
+    struct Case {
+        const char* encoder;
+        int bits;
+        const char* extension;
+        std::string brand; ///< in the first 64 bytes
+        double least;      ///< [dB] against the pictures
+    };
+    for (const Case& c : {Case{"libx265", 10, ".mp4", "ftypisom", 30.0}, Case{"libvpx-vp9", 8, ".webm", "webm", 30.0},
+                          Case{"prores_ks", 8, ".mov", "ftypqt", 30.0}, Case{"ffv1", 8, ".mkv", "matroska", 1000.0}}) {
+        if (std::ranges::find(names, c.encoder) == names.end()) {
+            continue; // another libavcodec than Debian's
+        }
+        ASSERT_EQ(film_extension(c.encoder), c.extension);
+        const fs::path path = folder / (std::string(c.encoder) + c.extension);
+        write_film(path, pictures, {.encoder = c.encoder, .bits = c.bits});
+        EXPECT_NE(sim::read_text_file(path).substr(0, 64).find(c.brand), std::string::npos) << c.encoder;
+        VideoReader reader(path);
+        Image image;
+        for (const Image& picture : pictures) {
+            ASSERT_TRUE(reader.read(image)) << c.encoder;
+            EXPECT_TRUE(image.rgb == picture.rgb || test::psnr(image, picture) > c.least) << c.encoder;
+        }
+        EXPECT_FALSE(reader.read(image)) << c.encoder;
+    }
+    EXPECT_EQ(film_extension(automatic_encoder), std::string(".mp4"));
+    try {
+        require_encoder({.encoder = "prores"}, 64, 48); // of 4:2:2 10 bits as well
+        require_encoder({.encoder = "png"}, 64, 48);
+        FAIL() << "no error";
+    } catch (const sim::Error& error) {
+        EXPECT_EQ(error.code(), sim::ExitCode::usage);
+        EXPECT_NE(std::string(error.what()).find("libx264"), std::string::npos) << error.what();
     }
 }
 
