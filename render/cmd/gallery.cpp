@@ -6,6 +6,7 @@
 #include "render/film/film.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
+#include "sim/model/film_clock.h"
 #include "sim/record/trajectory.h"
 #include "sim/scene/file.h"
 
@@ -13,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <set>
@@ -135,6 +137,19 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Json& summary) {
     };
 }
 
+/// [s] simulated, by tenths of a second of the run's film.
+std::vector<double> film_times(const fs::path& path) {
+    const sim::TrajectoryReader trajectory(path);
+    const sim::TrajectoryInfo& info = trajectory.info();
+    const sim::SceneDef scene = sim::parse_scene(info.scene_text, info.scene_name + ".toml", info.overrides);
+    std::vector<double> times;
+    const int count = static_cast<int>(std::ceil(10.0 * scene.output.duration.value()));
+    for (int i = 0; i <= count; ++i) {
+        times.push_back(sim::simulated_time(scene.output, 0.1 * i));
+    }
+    return times;
+}
+
 /// name: of the run's folder in `root`.
 diff::GalleryRun run_of(const fs::path& root, const std::string& name) {
     const fs::path folder = root / name;
@@ -153,18 +168,25 @@ diff::GalleryRun run_of(const fs::path& root, const std::string& name) {
     }
     for (const std::string& file : names_in(folder)) {
         const std::string path = name + "/" + file;
-        if (has_extension(file, {".mp4"}) && (run.film.empty() || file == name + ".mp4")) {
+        // Browsers play these.
+        if (has_extension(file, {".mp4", ".webm"}) && (run.film.empty() || fs::path(file).stem() == name)) {
             run.film = path;
         }
-        if (has_extension(file, {".svg", ".png", ".jpg"}) && file != "poster.png") {
+        if (has_extension(file, {".svg", ".png", ".jpg", ".webp", ".gif"}) && file != "poster.png") {
             run.plots.push_back(path);
         }
-        if (has_extension(file, {".mp4", ".json", ".h5"})) {
+        if (has_extension(file, {".glb"}) && fs::exists(folder / "trajectory.h5")) {
+            sim::write_file(folder / (file + ".js"),
+                            diff::model_script(path, sim::read_text_file(folder / file)));
+            run.model = path;
+        }
+        if (has_extension(file, {".mp4", ".webm", ".mov", ".mkv", ".glb", ".csv", ".json", ".h5"})) {
             run.files.push_back(path);
         }
     }
     if (fs::exists(folder / "trajectory.h5")) {
         run.energy = energy_of(folder / "trajectory.h5");
+        run.times = run.model.empty() ? std::vector<double>{} : film_times(folder / "trajectory.h5");
     }
     return run;
 }
@@ -179,6 +201,15 @@ diff::GalleryReport report_of(const fs::path& root, const std::string& name) {
         throw Error(ExitCode::io,
                     fmt::format("cannot read {}: it is no result of a comparison", path.string()));
     }
+}
+
+bool is_study(const fs::path& folder) {
+    return fs::exists(folder / "study.csv") && fs::exists(folder / "index.html");
+}
+
+/// name: of its folder in `root`.
+diff::GalleryStudy study_of(const fs::path& root, const std::string& name) {
+    return {name, name + "/index.html", fs::exists(root / name / "diagram.svg") ? name + "/diagram.svg" : ""};
 }
 
 /// Plots and tables of a folder that is no run: `prefix` is its name and "/", or empty for the root.
@@ -205,8 +236,15 @@ diff::Gallery gallery_of(const fs::path& root) {
             gallery.runs.push_back(run_of(root, name));
         } else if (fs::exists(folder / "result.json") && fs::exists(folder / "index.html")) {
             gallery.reports.push_back(report_of(root, name));
+        } else if (is_study(folder)) {
+            gallery.studies.push_back(study_of(root, name));
         } else {
             add_measurements(root, name + "/", gallery);
+            for (const std::string& inner : names_in(folder)) { // out/study/SCENE
+                if (is_study(folder / inner)) {
+                    gallery.studies.push_back(study_of(root, name + "/" + inner));
+                }
+            }
         }
     }
     return gallery;
@@ -219,9 +257,13 @@ std::set<std::string> files_of(const diff::Gallery& gallery) {
         files.insert({run.film, run.poster});
         files.insert(run.plots.begin(), run.plots.end());
         files.insert(run.files.begin(), run.files.end());
+        files.insert(run.model.empty() ? "" : run.model + ".js");
     }
     for (const diff::GalleryReport& report : gallery.reports) {
         files.insert(report.page);
+    }
+    for (const diff::GalleryStudy& study : gallery.studies) {
+        files.insert({study.page, study.diagram});
     }
     files.insert(gallery.plots.begin(), gallery.plots.end());
     for (const auto& [path, text] : gallery.texts) {
@@ -263,10 +305,10 @@ void write_gallery(const Options& options) {
     const fs::path root = options.out;
     const std::map<std::string, std::string> before = summaries_in(root);
     const diff::Gallery gallery = gallery_of(root);
-    if (gallery.runs.empty() && gallery.reports.empty()) {
+    if (gallery.runs.empty() && gallery.reports.empty() && gallery.studies.empty()) {
         throw Error(ExitCode::io,
-                    fmt::format("{} has no run and no report: no folder in it has a summary.json "
-                                "or a result.json",
+                    fmt::format("{} has no run, no report and no study: no folder in it has a summary.json, a "
+                                "result.json or a study.csv",
                                 root.string()));
     }
     sim::write_file(root / "index.html", diff::gallery_page(gallery));

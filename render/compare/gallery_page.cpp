@@ -3,11 +3,13 @@
 #include "render/compare/page.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <iterator>
+#include <string_view>
 
 namespace diff {
 
@@ -152,6 +154,14 @@ std::string run_card(const GalleryRun& run) {
         card += fmt::format("<img class=\"still\" src=\"{}\" alt=\"A frame\" loading=\"lazy\">\n",
                             url(run.poster));
     }
+    if (!run.film.empty() && !run.model.empty()) {
+        std::string times;
+        for (const double time : run.times) {
+            times += fmt::format("{}{:.6g}", times.empty() ? "" : ",", time);
+        }
+        card += fmt::format("<button type=\"button\" data-model=\"{}\" data-times=\"[{}]\">In 3-D</button>\n",
+                            escape_html(run.model), times);
+    }
     card += "</div>\n<div>\n<table class=\"facts\"><tbody>\n";
     for (const auto& [name, value] : run.facts) {
         card += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escape_html(name), escape_html(value));
@@ -182,6 +192,22 @@ std::string count_of(std::size_t count, const char* noun) {
 
 } // namespace
 
+std::string model_script(const std::string& path, const std::string& bytes) {
+    constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve(bytes.size() / 3 * 4 + 64);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        std::uint32_t three = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            three = three << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+        }
+        for (std::size_t k = 0; k < 4; ++k) {
+            text += i + k > bytes.size() ? '=' : letters[three >> (18 - 6 * k) & 63];
+        }
+    }
+    return fmt::format("solid.arrived({}, \"{}\");\n", nlohmann::json(path).dump(), text);
+}
+
 std::string gallery_page(const Gallery& gallery) {
     std::string content;
     if (!gallery.reports.empty()) {
@@ -197,6 +223,19 @@ std::string gallery_page(const Gallery& gallery) {
     }
     for (const GalleryRun& run : gallery.runs) {
         content += run_card(run);
+    }
+    if (!gallery.studies.empty()) {
+        content += "<article>\n<h2>Studies</h2>\n";
+        for (const GalleryStudy& study : gallery.studies) {
+            const std::string diagram =
+                study.diagram.empty() ? ""
+                                      : fmt::format("<a href=\"{}\"><img src=\"{}\" alt=\"Error against cost\" "
+                                                    "loading=\"lazy\"></a>",
+                                                    url(study.page), url(study.diagram));
+            content += fmt::format("<figure><figcaption>{}</figcaption>{}</figure>\n", link(study.page, study.name),
+                                   diagram);
+        }
+        content += "</article>\n";
     }
     if (!gallery.plots.empty() || !gallery.texts.empty()) {
         content += "<article>\n<h2>Measurements</h2>\n";

@@ -97,8 +97,8 @@ Browser::Browser(const std::filesystem::path& folder) {
     client_->set_keep_alive(true);
     client_->set_read_timeout(60);
     const Json arguments = Json::array(
-        {"--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-         "--disable-background-networking", "--disable-component-update", "--disable-sync",
+        {"--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic",
+         "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
          "--disable-dev-shm-usage", "--hide-scrollbars", "--user-data-dir=" + (folder / "profile").string()});
     const Json answer = send("POST", "/session",
                              {{"capabilities",

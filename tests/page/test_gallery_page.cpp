@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 
 namespace {
@@ -40,6 +41,39 @@ void write_sample_gallery() {
     sim::write_file(gallery_dir / "index.html", diff::gallery_page(gallery));
 }
 
+/// A run with its glTF in out_dir / "solid", by the program.
+void write_solid_gallery() {
+    const std::string parent = out_dir.string();
+    const auto tumble = [&](const std::string& words) {
+        const std::string command = "cd '" + parent + "' && '" TUMBLE_PROGRAM "' " + words + " --quiet";
+        ASSERT_EQ(std::system(command.c_str()), 0) << command;
+    };
+    tumble("run '" TUMBLE_SCENE_DIR "/inclined_blocks.toml' --out solid --size 160x90 --fps 10 --duration 0.5 "
+           "--set output.speed=0.5");
+    tumble("export solid/inclined_blocks --gltf solid/inclined_blocks/blocks.glb");
+    tumble("gallery solid");
+}
+
+/// The film's slider is that of the model, which the mouse turns; nothing comes from a network.
+void look_in_three_dimensions(Browser& browser) {
+    write_solid_gallery();
+    browser.open("file://" + fs::absolute(out_dir / "solid/index.html").string());
+    browser.click("[data-model]");
+    const std::string canvas = "document.querySelector('canvas')";
+    EXPECT_TRUE(browser.wait_for(canvas + "?.dataset.time === '0'"));
+    const Browser::Json start = browser.value(canvas + ".toDataURL()");
+    browser.value("document.querySelector('video').currentTime = 0.4");
+    EXPECT_TRUE(browser.wait_for("Math.abs(" + canvas + ".dataset.time - 0.2) < 0.01"));
+    const Browser::Json later = browser.value(canvas + ".toDataURL()");
+    EXPECT_NE(later, start);
+    browser.screenshot(out_dir / "solid.png");
+    browser.value(canvas + ".dispatchEvent(new PointerEvent('pointermove', {buttons: 1, movementX: 60, movementY: 9}))");
+    EXPECT_TRUE(browser.wait_for(canvas + ".toDataURL() !== '" + later.get<std::string>() + "'"));
+    browser.click("[data-model]");
+    EXPECT_EQ(browser.value(canvas + ".hidden"), true);
+    EXPECT_EQ(browser.errors(), "");
+}
+
 } // namespace
 
 TEST(gallery_page, films_play_one_at_a_time_in_light_and_dark_on_desk_and_phone) {
@@ -63,6 +97,8 @@ TEST(gallery_page, films_play_one_at_a_time_in_light_and_dark_on_desk_and_phone)
     const Browser::Json light = browser.value(background);
     browser.click("#theme");
     EXPECT_NE(browser.value(background), light);
+
+    look_in_three_dimensions(browser);
 
     browser.prefer("dark");
     browser.resize(390, 844, true);

@@ -44,11 +44,32 @@ TEST_F(gallery, shows_every_run_and_the_manifest_holds_every_file_it_links) {
     EXPECT_EQ(bytes("results/index.html"), page);
 }
 
+TEST_F(gallery, shows_studies_animations_and_exports) {
+    ASSERT_EQ(tumble("run block.toml --out results --webp --no-video --quiet && \"$TUMBLE\" export results/block "
+                     "--gltf results/block/block.glb --csv results/block/block.csv --quiet && "
+                     "mkdir -p results/study/one && "
+                     "echo page > results/study/one/index.html && echo a > results/study/one/study.csv && "
+                     "echo '<svg/>' > results/study/one/diagram.svg")
+                  .code,
+              0);
+    EXPECT_EQ(tumble("gallery results --quiet").err, "");
+    const std::string page = bytes("results/index.html");
+    for (const char* part :
+         {"src=\"block/block.webp\"", "href=\"block/block.glb\"", "href=\"block/block.csv\"",
+          "<a href=\"study/one/index.html\"><img src=\"study/one/diagram.svg\""}) {
+        EXPECT_NE(page.find(part), std::string::npos) << part;
+    }
+    // What a page on a disk loads: a call with the file's bytes.
+    EXPECT_TRUE(bytes("results/block/block.glb.js").starts_with("solid.arrived(\"block/block.glb\", \"Z2xURgIAAA"));
+    EXPECT_NE(bytes("results/manifest.json").find("block/block.glb.js"), std::string::npos);
+}
+
 TEST_F(gallery, what_is_no_result_is_one_line_and_no_page) {
     EXPECT_EQ(tumble("gallery nowhere").err, "tumble: cannot read nowhere: No such file or directory\n");
     EXPECT_EQ(
         shell("mkdir empty; \"$TUMBLE\" gallery empty").err,
-        "tumble: empty has no run and no report: no folder in it has a summary.json or a result.json\n");
+        "tumble: empty has no run, no report and no study: no folder in it has a summary.json, a result.json or a "
+        "study.csv\n");
     EXPECT_EQ(shell("mkdir -p bad/run; echo '{' > bad/run/summary.json; \"$TUMBLE\" gallery bad").err,
               "tumble: cannot read bad/run/summary.json: it is damaged\n");
     EXPECT_EQ(shell("echo '{}' > bad/run/summary.json; \"$TUMBLE\" gallery bad").err,
