@@ -46,6 +46,7 @@ public:
 private:
     static render::VideoSettings settings_of(double fps) {
         render::VideoSettings settings;
+        settings.preset = "superfast"; // for the eye, and as large as a few pictures anyway
         settings.fps = sim::make_rational(std::max(1L, std::lround(fps * 1001)), 1001);
         return settings;
     }

@@ -21,58 +21,17 @@ constexpr int shift_reach = 12;
 void smooth_row(const Picture& picture, int y, std::vector<std::uint16_t>& sums, std::uint8_t* out) {
     const std::size_t n = row_bytes(picture);
     sums.resize(n + 12);
-    Row r[5];
+    Row rows[5];
     for (int k = 0; k < 5; ++k) {
-        r[k] = row_of(picture, y + k - weight_reach);
+        rows[k] = row_of(picture, y + k - weight_reach);
     }
     std::uint16_t* middle = sums.data() + 6;
-    for (std::size_t i = 0; i < n; ++i) {
-        middle[i] = static_cast<std::uint16_t>(r[0][i] + r[4][i] + 4 * (r[1][i] + r[3][i]) + 6 * r[2][i]);
-    }
+    sum_five_rows(rows, n, middle);
     for (std::size_t c = 0; c < 3; ++c) {
         sums[c] = sums[c + 3] = middle[c];
         middle[n + c] = middle[n + 3 + c] = middle[n - 3 + c];
     }
-    const std::uint16_t* s = sums.data();
-    for (std::size_t i = 0; i < n; ++i) {
-        const auto sum = static_cast<std::uint16_t>(s[i] + s[i + 12] + 4 * (s[i + 3] + s[i + 9]) + 6 * s[i + 6] + 128);
-        out[i] = static_cast<std::uint8_t>(sum >> 8);
-    }
-}
-
-// Loops over bytes as rows.h says.
-void lesser_of(Row a, Row b, Row c, std::size_t n, std::uint8_t* out) {
-    for (std::size_t i = 0; i < n; ++i) {
-        out[i] = lesser(a[i], lesser(b[i], c[i]));
-    }
-}
-void greater_of(Row a, Row b, Row c, std::size_t n, std::uint8_t* out) {
-    for (std::size_t i = 0; i < n; ++i) {
-        out[i] = greater(a[i], greater(b[i], c[i]));
-    }
-}
-
-/// Largest of each pixel's three channels; those are lost.
-void largest_channel(std::uint8_t* channels, int width, std::uint8_t* out) {
-    const std::size_t n = static_cast<std::size_t>(width) * 3;
-    for (std::size_t i = 0; i + 2 < n; ++i) {
-        channels[i] = greater(channels[i], greater(channels[i + 1], channels[i + 2]));
-    }
-    for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
-        out[x] = channels[3 * x];
-    }
-}
-
-void absolute_difference(Row a, Row b, std::size_t n, std::uint8_t* out) {
-    for (std::size_t i = 0; i < n; ++i) {
-        out[i] = static_cast<std::uint8_t>(greater(a[i], b[i]) - lesser(a[i], b[i]));
-    }
-}
-
-void raise_to_difference(Row a, Row b, std::size_t n, std::uint8_t* out) {
-    for (std::size_t i = 0; i < n; ++i) {
-        out[i] = greater(out[i], static_cast<std::uint8_t>(greater(a[i], b[i]) - lesser(a[i], b[i])));
-    }
+    sum_five_pixels(sums.data(), n, out);
 }
 
 /// Least and largest value of each channel over 3 x 3 pixels of one row of a smooth picture.
@@ -81,6 +40,8 @@ struct Range {
     Bytes high;
     Bytes column_low;  ///< over 1 x 3 pixels, with one pixel more on each side
     Bytes column_high;
+
+    RangeRow row() const { return {low.data(), high.data()}; }
 
     void compute(const Picture& picture, int y) {
         const std::size_t n = row_bytes(picture);
@@ -104,20 +65,6 @@ struct Range {
     }
 };
 
-/// By how much q leaves the half of p's range about p, added to `excess` by maximum.
-void raise_excess(Row p, Row q, const Range& range, std::size_t n, std::uint8_t* excess) {
-    const std::uint8_t* low = range.low.data();
-    const std::uint8_t* high = range.high.data();
-    for (std::size_t i = 0; i < n; ++i) {
-        const auto most = static_cast<std::uint8_t>((p[i] + high[i] + 1) >> 1);
-        // The mean rounded down, from the one rounded up, which processors have.
-        const auto least = static_cast<std::uint8_t>(((p[i] + low[i] + 1) >> 1) - ((p[i] ^ low[i]) & 1));
-        const auto above = static_cast<std::uint8_t>(greater(q[i], most) - most);
-        const auto below = static_cast<std::uint8_t>(greater(q[i], least) - q[i]);
-        excess[i] = greater(excess[i], greater(above, below));
-    }
-}
-
 /// raw and its sums. Returns for each row whether it holds more than rounding.
 std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap& map) {
     const auto width = static_cast<std::size_t>(a.width);
@@ -134,20 +81,11 @@ std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap&
         }
         absolute_difference(row_of(a, y), row_of(b, y), n, channels.data());
         sums.add_row(row_of(a, y), row_of(b, y));
-        std::int32_t row_sum = 0;
-        for (std::size_t i = 0; i < n; ++i) {
-            row_sum += channels[i];
-        }
-        sum += row_sum;
-        largest_channel(channels.data(), a.width, raw);
-        std::uint8_t row_largest = 0;
-        std::int32_t row_differing = 0;
-        for (std::size_t x = 0; x < width; ++x) {
-            row_largest = std::max(row_largest, raw[x]);
-            row_differing += raw[x] != 0;
-        }
-        map.largest = std::max<int>(map.largest, row_largest);
-        map.differing += row_differing;
+        sum += sum_of_differences(row_of(a, y), row_of(b, y), n);
+        largest_channel(channels.data(), width, raw);
+        const int row_largest = largest_of(raw, width);
+        map.largest = std::max(map.largest, row_largest);
+        map.differing += count_above(raw, width, 0);
         has_differences[static_cast<std::size_t>(y)] = row_largest > rounding_levels;
     }
     map.mean = static_cast<double>(sum) / (static_cast<double>(n) * a.height);
@@ -165,7 +103,8 @@ void measure_steps(const Picture& a, const Picture& b, std::vector<std::uint8_t>
         raise_to_difference(row_of(a, y), row_of(a, y) + 3, n - 3, most);
         raise_to_difference(row_of(b, y), row_of(b, y + 1), n, most);
         raise_to_difference(row_of(b, y), row_of(b, y) + 3, n - 3, most);
-        largest_channel(most, a.width, steps.data() + static_cast<std::size_t>(a.width) * static_cast<std::size_t>(y));
+        const auto width = static_cast<std::size_t>(a.width);
+        largest_channel(most, width, steps.data() + width * static_cast<std::size_t>(y));
     }
 }
 
@@ -177,14 +116,8 @@ double squared_steps(const Picture& picture, int y) {
     constexpr std::size_t part = 3 * 4096; // whose sum an integer of 32 bits holds
     std::int64_t total = 0;
     for (std::size_t begin = 0; begin + 3 < n; begin += part) {
-        const std::size_t end = std::min(begin + part, n - 3);
-        std::int32_t sum = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            const int across = at[i + 3] - at[i];
-            const int along = down[i] - at[i];
-            sum += across * across + along * along;
-        }
-        total += sum;
+        const std::size_t count = std::min(part, n - 3 - begin);
+        total += sum_of_squares(at + begin + 3, at + begin, count) + sum_of_squares(down + begin, at + begin, count);
     }
     return static_cast<double>(total);
 }
@@ -253,17 +186,17 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftS
         Row pa = row_of(map.reference, y);
         Row pb = row_of(map.candidate, y);
         absolute_difference(pa, pb, n, channels.data());
-        largest_channel(channels.data(), a.width, map.smooth.data() + width * static_cast<std::size_t>(y));
+        largest_channel(channels.data(), width, map.smooth.data() + width * static_cast<std::size_t>(y));
         range_a.compute(map.reference, y);
         range_b.compute(map.candidate, y);
         std::fill(channels.begin(), channels.end(), std::uint8_t{0});
-        raise_excess(pa, pb, range_a, n, channels.data());
-        raise_excess(pb, pa, range_b, n, channels.data());
-        largest_channel(channels.data(), a.width, map.excess.data() + width * static_cast<std::size_t>(y));
+        raise_excess(pa, pb, range_a.row(), n, channels.data());
+        raise_excess(pb, pa, range_b.row(), n, channels.data());
+        largest_channel(channels.data(), width, map.excess.data() + width * static_cast<std::size_t>(y));
         if (drift != nullptr) {
             map.sharpness[0] += squared_steps(map.reference, y);
             map.sharpness[1] += squared_steps(map.candidate, y);
-            drift->add_row(pa, pb, {range_a.low.data(), range_a.high.data()}, {range_b.low.data(), range_b.high.data()}, y);
+            drift->add_row(pa, pb, range_a.row(), range_b.row(), y);
         }
     }
     if (drift != nullptr) {
@@ -285,7 +218,7 @@ void measure_whole(const Picture& a, const Picture& b, std::vector<std::uint8_t>
     Bytes channels(row_bytes(a));
     for (int y = 0; y < a.height; ++y) {
         absolute_difference(row_of(a, y), row_of(b, y), channels.size(), channels.data());
-        largest_channel(channels.data(), a.width, raw.data() + width * static_cast<std::size_t>(y));
+        largest_channel(channels.data(), width, raw.data() + width * static_cast<std::size_t>(y));
     }
 }
 
@@ -302,11 +235,8 @@ std::vector<std::int32_t> count_in_cells(const std::vector<std::uint8_t>& values
     for (int top = 0; top < height; top += cell_size) {
         std::fill(above.begin(), above.end(), std::uint8_t{0});
         for (int y = top; y < std::min(top + cell_size, height); ++y) {
-            Row row = values.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
-            std::uint8_t* sums = above.data();
-            for (int x = 0; x < width; ++x) {
-                sums[x] = static_cast<std::uint8_t>(sums[x] + (row[x] > bound));
-            }
+            const auto n = static_cast<std::size_t>(width);
+            add_above(values.data() + static_cast<std::size_t>(y) * n, n, bound, above.data());
         }
         for (std::size_t c = 0; c < columns; ++c) {
             const std::uint8_t* sums = above.data() + c * cell_size;

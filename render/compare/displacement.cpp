@@ -1,6 +1,7 @@
 #include "render/compare/displacement.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -68,17 +69,66 @@ double spread_along(const DifferenceMap& map, const std::vector<Point>& points, 
     return weight > 0.0 ? std::sqrt(std::max(0.0, squares / weight - mean * mean)) : 0.0;
 }
 
+/// Pixels at a fixed offset from points, and between pixels, linear; beyond the picture its border repeats.
+class Neighbour {
+public:
+    Neighbour(const Picture& picture, int dx, int dy) : picture_(picture), dx_(dx), dy_(dy) {}
+
+    /// Its three channels.
+    const std::uint8_t* at(const Point& p) const {
+        const int column = std::clamp(p.x + dx_, 0, picture_.width - 1);
+        const int row = std::clamp(p.y + dy_, 0, picture_.height - 1);
+        return picture_.rgb.data() +
+               (static_cast<std::size_t>(row) * static_cast<std::size_t>(picture_.width) + static_cast<std::size_t>(column)) * 3;
+    }
+
+private:
+    const Picture& picture_;
+    int dx_;
+    int dy_;
+};
+
+/// The picture moved by u, between its pixels linear.
+class Moved {
+public:
+    Moved(const Picture& picture, const Shift& u)
+        : left_(static_cast<int>(std::floor(-u.x))), top_(static_cast<int>(std::floor(-u.y))), fx_(-u.x - left_),
+          fy_(-u.y - top_), corners_{{picture, left_, top_}, {picture, left_ + 1, top_}, {picture, left_, top_ + 1},
+                                     {picture, left_ + 1, top_ + 1}} {}
+
+    std::array<double, 3> at(const Point& p) const {
+        const std::uint8_t* upper[] = {corners_[0].at(p), corners_[1].at(p)};
+        const std::uint8_t* lower[] = {corners_[2].at(p), corners_[3].at(p)};
+        std::array<double, 3> value;
+        for (std::size_t c = 0; c < 3; ++c) {
+            value[c] = (1.0 - fy_) * ((1.0 - fx_) * upper[0][c] + fx_ * upper[1][c]) +
+                       fy_ * ((1.0 - fx_) * lower[0][c] + fx_ * lower[1][c]);
+        }
+        return value;
+    }
+
+private:
+    int left_;
+    int top_;
+    double fx_;
+    double fy_;
+    Neighbour corners_[4];
+};
+
 class Fit {
 public:
     Fit(const Picture& a, const Picture& b) : a_(a), b_(b) {}
 
     /// Sum of squared differences that the shift leaves.
     double rest(const std::vector<Point>& points, const Shift& u) const {
+        const Moved moved(a_, u);
+        const Neighbour here(b_, 0, 0);
         double sum = 0.0;
         for (const Point& p : points) {
-            for (int c = 0; c < 3; ++c) {
-                const double r = at(b_, p.x, p.y, c) - sample(p.x - u.x, p.y - u.y, c);
-                sum += r * r;
+            const std::array<double, 3> value = moved.at(p);
+            const std::uint8_t* b = here.at(p);
+            for (std::size_t c = 0; c < 3; ++c) {
+                sum += (b[c] - value[c]) * (b[c] - value[c]);
             }
         }
         return sum;
@@ -104,12 +154,26 @@ public:
         double xx = 0.0, xy = 0.0, yy = 0.0, x_r = 0.0, y_r = 0.0;
         const int ux = static_cast<int>(std::lround(u.x));
         const int uy = static_cast<int>(std::lround(u.y));
+        const Moved moved(a_, u);
+        const Neighbour here(b_, 0, 0);
+        const Neighbour right[] = {{b_, 1, 0}, {a_, 1 - ux, -uy}}, left[] = {{b_, -1, 0}, {a_, -1 - ux, -uy}};
+        const Neighbour below[] = {{b_, 0, 1}, {a_, -ux, 1 - uy}}, above[] = {{b_, 0, -1}, {a_, -ux, -1 - uy}};
         for (const Point& p : points) {
-            for (int c = 0; c < 3; ++c) {
-                const double gx = slope(p, 1, 0, ux, uy, c);
-                const double gy = slope(p, 0, 1, ux, uy, c);
+            const std::array<double, 3> value = moved.at(p);
+            const std::uint8_t* b = here.at(p);
+            // Mean of both pictures' slopes [levels/px].
+            int x4[3] = {}, y4[3] = {};
+            for (int k = 0; k < 2; ++k) {
+                const std::uint8_t *r = right[k].at(p), *l = left[k].at(p), *d = below[k].at(p), *t = above[k].at(p);
+                for (std::size_t c = 0; c < 3; ++c) {
+                    x4[c] += r[c] - l[c];
+                    y4[c] += d[c] - t[c];
+                }
+            }
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double gx = 0.25 * x4[c], gy = 0.25 * y4[c];
                 // What the whole shift is to explain: the rest, and what u explains already.
-                const double r = at(b_, p.x, p.y, c) - sample(p.x - u.x, p.y - u.y, c) - gx * u.x - gy * u.y;
+                const double r = b[c] - value[c] - gx * u.x - gy * u.y;
                 xx += gx * gx;
                 xy += gx * gy;
                 yy += gy * gy;
@@ -150,43 +214,16 @@ public:
     }
 
 private:
-    static double at(const Picture& p, int x, int y, int c) {
-        const int column = std::clamp(x, 0, p.width - 1);
-        const int row = std::clamp(y, 0, p.height - 1);
-        return p.rgb[(static_cast<std::size_t>(row) * static_cast<std::size_t>(p.width) +
-                      static_cast<std::size_t>(column)) * 3 + static_cast<std::size_t>(c)];
-    }
-
-    /// The reference between its pixels, linear.
-    double sample(double x, double y, int c) const {
-        const int left = static_cast<int>(std::floor(x));
-        const int top = static_cast<int>(std::floor(y));
-        const double fx = x - left;
-        const double fy = y - top;
-        const double upper = fx == 0.0 ? at(a_, left, top, c)
-                                       : (1.0 - fx) * at(a_, left, top, c) + fx * at(a_, left + 1, top, c);
-        if (fy == 0.0) {
-            return upper;
-        }
-        const double lower = (1.0 - fx) * at(a_, left, top + 1, c) + fx * at(a_, left + 1, top + 1, c);
-        return (1.0 - fy) * upper + fy * lower;
-    }
-
-    /// Mean of both pictures' slopes [levels/px] in one direction.
-    double slope(const Point& p, int dx, int dy, int ux, int uy, int c) const {
-        return 0.25 * (at(b_, p.x + dx, p.y + dy, c) - at(b_, p.x - dx, p.y - dy, c) +
-                       at(a_, p.x - ux + dx, p.y - uy + dy, c) - at(a_, p.x - ux - dx, p.y - uy - dy, c));
-    }
-
     double whole_rest(const std::vector<Point>& points, int ux, int uy) const {
-        double sum = 0.0;
+        const Neighbour from(a_, -ux, -uy), here(b_, 0, 0);
+        std::int64_t sum = 0;
         for (const Point& p : points) {
+            const std::uint8_t *a = from.at(p), *b = here.at(p);
             for (int c = 0; c < 3; ++c) {
-                const double r = at(b_, p.x, p.y, c) - at(a_, p.x - ux, p.y - uy, c);
-                sum += r * r;
+                sum += (b[c] - a[c]) * (b[c] - a[c]);
             }
         }
-        return sum;
+        return static_cast<double>(sum);
     }
 
     const Picture& a_;

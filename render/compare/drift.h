@@ -16,12 +16,6 @@ inline constexpr int flat_levels = 12;
 /// Sums of drift are kept for squares of this side [px]; a block is two by two of them.
 inline constexpr int drift_cell = drift_block / 2;
 
-/// Least and largest value about each pixel and channel of a row.
-struct RangeRow {
-    Row low;
-    Row high;
-};
-
 /// Sums of signed differences on flat pixels.
 class DriftSums {
 public:
@@ -40,13 +34,12 @@ public:
             finish_band();
             band_ = y / drift_cell;
         }
-        // Spreads first: with fewer arrays a loop the compiler can tell that they do not overlap.
         const std::size_t n = sums_.size();
         spread_.resize(n);
         std::uint8_t* spread = spread_.data();
         subtract(range_a.high, range_a.low, n, spread);
-        raise_difference(range_b.high, range_b.low, n, spread);
-        add(a, b, spread, n, sums_.data());
+        raise_to_difference(range_b.high, range_b.low, n, spread);
+        add_where_flat(a, b, {spread, flat_levels, rounding_levels}, n, sums_.data());
     }
 
     /// After the last row.
@@ -77,25 +70,6 @@ public:
     }
 
 private:
-    static void subtract(Row high, Row low, std::size_t n, std::uint8_t* out) {
-        for (std::size_t i = 0; i < n; ++i) {
-            out[i] = static_cast<std::uint8_t>(high[i] - low[i]);
-        }
-    }
-    static void raise_difference(Row high, Row low, std::size_t n, std::uint8_t* out) {
-        for (std::size_t i = 0; i < n; ++i) {
-            out[i] = greater(out[i], static_cast<std::uint8_t>(high[i] - low[i]));
-        }
-    }
-    static void add(Row a, Row b, Row spread, std::size_t n, std::int16_t* sums) {
-        for (std::size_t i = 0; i < n; ++i) {
-            const auto d = static_cast<std::int16_t>(b[i] - a[i]);
-            const auto size = static_cast<std::uint8_t>(greater(a[i], b[i]) - lesser(a[i], b[i]));
-            const bool counts = (spread[i] <= flat_levels) & (size > rounding_levels);
-            sums[i] = static_cast<std::int16_t>(sums[i] + (counts ? d : std::int16_t{0}));
-        }
-    }
-
     double block_sum(const std::vector<std::int32_t>& cells, int x, int y) const {
         double sum = 0.0;
         for (int row = y; row < std::min(y + 2, rows_); ++row) {
@@ -123,16 +97,7 @@ public:
     explicit SignedSums(std::size_t n) : sums_(n), balances_(n), counts_(n) {}
 
     void add_row(Row a, Row b) {
-        std::int16_t* sums = sums_.data();
-        std::int16_t* balances = balances_.data();
-        std::int16_t* counts = counts_.data();
-        for (std::size_t i = 0; i < sums_.size(); ++i) {
-            const auto d = static_cast<std::int16_t>(b[i] - a[i]);
-            const auto sign = static_cast<std::int16_t>((d > 0) - (d < 0));
-            sums[i] = static_cast<std::int16_t>(sums[i] + d);
-            balances[i] = static_cast<std::int16_t>(balances[i] + sign);
-            counts[i] = static_cast<std::int16_t>(counts[i] + (d != 0));
-        }
+        add_signed(a, b, sums_.size(), {sums_.data(), balances_.data(), counts_.data()});
         constexpr int most_rows = 128; // of differences of up to 255
         if (++rows_ == most_rows) {
             flush();

@@ -107,6 +107,27 @@ struct Surroundings {
     CellSums both;    ///< those of them that differ
 };
 
+/// Enters the window whose pixels are most above what is granted for the differences around, if it beats the peak.
+void raise_lone_peak(const Surroundings& around, const CellCounts& cells, LonePeak& peak) {
+    constexpr int side = lone_size / cell_size;
+    for (int top = 0; top == 0 || top + side <= cells.rows; ++top) {
+        if (around.touched.of(0, top, cells.columns, top + side) <= peak.value) {
+            continue;
+        }
+        for (int left = 0; left == 0 || left + side <= cells.columns; ++left) {
+            const int pixels = around.touched.of(left, top, left + side, top + side);
+            if (pixels <= peak.value) {
+                continue;
+            }
+            const double elsewhere = around.share(left, top);
+            const double value = pixels - lone_grant * elsewhere;
+            if (value > peak.value) {
+                peak = {pixels, value, elsewhere, left * cell_size, top * cell_size};
+            }
+        }
+    }
+}
+
 } // namespace
 
 EdgeNoise::EdgeNoise(const DifferenceMap& map, const std::vector<std::uint8_t>& whole_raw)
@@ -136,15 +157,27 @@ double EdgeNoise::everywhere() const {
     return std::clamp((share - noise_begins) / (noise_is_everywhere - noise_begins), 0.0, 1.0);
 }
 
+bool EdgeNoise::can_be_lone() const {
+    constexpr int around = lone_size / cell_size + 2 * lone_margin;
+    int cells = 0;
+    int touched = 0;
+    for (std::size_t i = 0; i < edges_.size(); ++i) {
+        cells += edges_[i] >= least_edge_pixels;
+        touched += edges_[i] >= least_edge_pixels && whole_touched_[i] > 0;
+    }
+    return lone_grant * (touched - around * around) < double{lone_size} * lone_size * cells;
+}
+
 EdgePeak EdgeNoise::densest_beyond(const std::vector<std::int32_t>& cells, int size, double allowance) const {
-    constexpr double unit = 64.0; // of a pixel, so that sums of cells stay integers
+    constexpr std::int32_t unit = 4096; // of a pixel, so that sums of cells stay integers
+    const auto allowed = static_cast<std::int32_t>(std::lround(unit * allowance));
     std::vector<std::int32_t> beyond(cells.size());
     for (std::size_t i = 0; i < cells.size(); ++i) {
-        beyond[i] = static_cast<std::int32_t>(std::lround(unit * (cells[i] - allowance * edges_[i])));
+        beyond[i] = unit * cells[i] - allowed * edges_[i];
     }
     const Peak peak = densest_window(beyond, map_.width, map_.height, size);
     EdgePeak result;
-    result.beyond = peak.value / unit;
+    result.beyond = static_cast<double>(peak.value) / unit;
     result.x = peak.x;
     result.y = peak.y;
     if (peak.value > 0) {
@@ -159,27 +192,19 @@ EdgePeak EdgeNoise::densest_beyond(const std::vector<std::int32_t>& cells, int s
 }
 
 LonePeak EdgeNoise::lone_peak() const {
-    constexpr int side = lone_size / cell_size;
     const CellCounts counts{columns_, rows_, edges_, touched_, whole_touched_};
-    const Surroundings surroundings[] = {
-        {counts, {.across = columns_, .up = rows_, .edge_pixels = least_edge_pixels, .least_cells = least_edge_cells}},
-        {counts, {.across = text_across, .up = text_up, .edge_pixels = least_text_pixels, .least_cells = least_text_cells, .is_text = true}}};
     LonePeak result;
-    for (int top = 0; top == 0 || top + side <= rows_; ++top) {
-        for (int left = 0; left == 0 || left + side <= columns_; ++left) {
-            for (const Surroundings& around : surroundings) {
-                const int pixels = around.touched.of(left, top, left + side, top + side);
-                if (pixels <= result.value) {
-                    continue;
-                }
-                const double elsewhere = around.share(left, top);
-                const double value = pixels - lone_grant * elsewhere;
-                if (value > result.value) {
-                    result = {pixels, value, elsewhere, left * cell_size, top * cell_size};
-                }
-            }
-        }
+    if (can_be_lone()) {
+        const Surroundings::Kind all{
+            .across = columns_, .up = rows_, .edge_pixels = least_edge_pixels, .least_cells = least_edge_cells};
+        raise_lone_peak({counts, all}, counts, result);
     }
+    const Surroundings::Kind text{.across = text_across,
+                                  .up = text_up,
+                                  .edge_pixels = least_text_pixels,
+                                  .least_cells = least_text_cells,
+                                  .is_text = true};
+    raise_lone_peak({counts, text}, counts, result);
     return result;
 }
 

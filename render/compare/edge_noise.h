@@ -46,6 +46,9 @@ private:
     /// Share of the cells with edges that differ, outside the columns and rows of cells given; none if there are hardly any.
     std::optional<double> share_outside(int left, int top, int right, int bottom) const;
 
+    /// False if so many edges differ that no window of any number of pixels is alone.
+    bool can_be_lone() const;
+
     const DifferenceMap& map_;
     int columns_;
     int rows_;

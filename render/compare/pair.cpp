@@ -1,6 +1,7 @@
 #include "render/compare/pair.h"
 
 #include "render/compare/bodies.h"
+#include "render/compare/rows.h"
 #include "sim/base/error.h"
 
 #include <fmt/format.h>
@@ -37,11 +38,6 @@ Bytes make_palette() {
     return palette;
 }
 
-std::uint8_t grey_index(const Picture& picture, std::size_t pixel) {
-    const std::uint8_t* rgb = &picture.rgb[pixel * 3];
-    return static_cast<std::uint8_t>((rgb[0] * 77 + rgb[1] * 150 + rgb[2] * 29) >> 10);
-}
-
 /// Pictures of two sizes: what both have in grey, what only one has in violet.
 void show_areas(const Picture& a, const Picture& b, IndexedPicture& out) {
     for (int y = 0; y < out.height; ++y) {
@@ -50,8 +46,8 @@ void show_areas(const Picture& a, const Picture& b, IndexedPicture& out) {
             const bool is_in_b = x < b.width && y < b.height;
             const Picture& shown = is_in_b ? b : a;
             if (is_in_a || is_in_b) {
-                const int grey = grey_index(shown, static_cast<std::size_t>(y) * static_cast<std::size_t>(shown.width) +
-                                                       static_cast<std::size_t>(x));
+                std::uint8_t grey = 0;
+                quarter_grey(row_of(shown, y) + 3 * x, 1, &grey);
                 out.indices[static_cast<std::size_t>(y) * static_cast<std::size_t>(out.width) +
                             static_cast<std::size_t>(x)] =
                     static_cast<std::uint8_t>(grey + (is_in_a && is_in_b ? 0 : only_one));
@@ -286,6 +282,8 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
     frame.tier = Tier::changed;
     clear(memory.a);
     clear(memory.b);
+    memory.thumbnail_a.reset();
+    memory.thumbnail_b.reset();
     const bool has_a = read_side(paths.reference, settings.accepted, memory.file_a, frame);
     const bool has_b = read_side(paths.candidate, settings.accepted, memory.file_b, frame);
     if (has_a && has_b && memory.file_a == memory.file_b) {
@@ -306,6 +304,10 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
                                                  memory.reader, memory.a, frame);
     const bool is_whole_b = has_b && decode_side(memory.file_b, *paths.candidate, settings.accepted,
                                                  memory.reader, memory.b, frame);
+    if (settings.takes_thumbnails) {
+        memory.thumbnail_a = is_whole_a ? std::optional(thumbnail_of(memory.a)) : std::nullopt;
+        memory.thumbnail_b = is_whole_b ? std::optional(thumbnail_of(memory.b)) : std::nullopt;
+    }
     if (is_whole_a && is_whole_b) {
         if (!set_sizes(memory, frame)) {
             return;
@@ -347,12 +349,14 @@ IndexedPicture difference_picture(const PairMemory& memory) {
         show_areas(a, b, picture);
         return picture;
     }
-    const std::uint8_t* excess = memory.map.excess.data();
-    const std::uint8_t* raw = memory.map.raw.data();
+    Row excess = memory.map.excess.data();
+    Row raw = memory.map.raw.data();
+    std::uint8_t* indices = picture.indices.data();
+    quarter_grey(b.rgb.data(), picture.indices.size(), indices);
     for (std::size_t i = 0; i < picture.indices.size(); ++i) {
-        const int level = std::min(raw[i] / 4, ramp - 1);
-        const int noise = raw[i] > rounding_levels ? first_noise + level : grey_index(b, i);
-        picture.indices[i] = static_cast<std::uint8_t>(excess[i] > counted_levels ? first_counted + level : noise);
+        const auto level = static_cast<std::uint8_t>(raw[i] >> 2); // of ramp
+        const auto noise = raw[i] > rounding_levels ? static_cast<std::uint8_t>(first_noise + level) : indices[i];
+        indices[i] = excess[i] > counted_levels ? static_cast<std::uint8_t>(first_counted + level) : noise;
     }
     return picture;
 }

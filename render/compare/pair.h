@@ -4,6 +4,7 @@
 #include "render/compare/mask.h"
 #include "render/compare/picture.h"
 #include "render/compare/result.h"
+#include "render/compare/thumbnail.h"
 
 #include <filesystem>
 #include <optional>
@@ -19,6 +20,7 @@ struct PairSettings {
     Mask mask;
     std::vector<std::string> ignored_bodies; ///< names
     bool is_lossy = false; ///< films and JPEG: judged at half the size, since their colours have no more pixels
+    bool takes_thumbnails = false; ///< of what is decoded
     bool judges = true; ///< false: only measured, for difference_picture(); the tier is then identical or changed
 };
 
@@ -30,6 +32,8 @@ struct PairMemory {
     Picture b;
     ReaderMemory reader;
     DifferenceMap map;
+    std::optional<Thumbnail> thumbnail_a; ///< without masks
+    std::optional<Thumbnail> thumbnail_b;
     // Of lossy pairs: at half the size.
     Picture half_a;
     Picture half_b;

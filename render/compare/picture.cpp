@@ -170,17 +170,6 @@ void decode_picture(std::span<const std::uint8_t> bytes, const std::string& name
     }
 }
 
-void sum_rows(const Picture& picture, int first, int last, std::vector<std::uint32_t>& sums) {
-    const auto row_bytes = static_cast<std::size_t>(picture.width) * 3;
-    sums.assign(row_bytes, 0);
-    for (int y = first; y < last; ++y) {
-        const std::uint8_t* pixels = picture.rgb.data() + static_cast<std::size_t>(y) * row_bytes;
-        for (std::size_t i = 0; i < row_bytes; ++i) {
-            sums[i] += pixels[i];
-        }
-    }
-}
-
 std::pair<int, int> size_of_picture(std::span<const std::uint8_t> bytes, const std::string& name,
                                     const PictureLimits& limits) {
     if (is_png(bytes)) {

@@ -40,9 +40,6 @@ void read_file(const std::filesystem::path& path, const PictureLimits& limits, B
 void decode_picture(std::span<const std::uint8_t> bytes, const std::string& name, const PictureLimits& limits,
                     Picture& picture, ReaderMemory& memory);
 
-/// Sums of the rows first .. last - 1 of the colours, by column and channel [width * 3].
-void sum_rows(const Picture& picture, int first, int last, std::vector<std::uint32_t>& sums);
-
 /// Width and height [px] of a PNG or JPEG file that is whole, without decompressing a PNG. Throws Error (io).
 std::pair<int, int> size_of_picture(std::span<const std::uint8_t> bytes, const std::string& name,
                                     const PictureLimits& limits);

@@ -41,7 +41,7 @@ std::optional<fs::path> path_in(const Source& source, const std::string& name) {
     if (source.kind == SourceKind::picture) {
         return source.path;
     }
-    if (!std::binary_search(source.names.begin(), source.names.end(), name)) {
+    if (place_in(source, name) == source.names.size()) {
         return std::nullopt;
     }
     return source.path / name;
@@ -51,7 +51,20 @@ std::optional<fs::path> path_in(const Source& source, const std::string& name) {
     throw Error(ExitCode::interrupted, "interrupted; no report was made");
 }
 
-void compare_files_of(const Source& reference, const Source& candidate, const Settings& settings, Case& result) {
+void compare_files_of(const Source& reference, const Source& candidate, const Settings& settings, Case& result,
+                      Thumbnails& thumbnails) {
+    PairSettings pair = settings.pair;
+    pair.takes_thumbnails = result.is_sequence;
+    thumbnails.reference.resize(reference.names.size());
+    thumbnails.candidate.resize(candidate.names.size());
+    const auto keep = [&](const std::string& name, const PairMemory& memory) {
+        if (memory.thumbnail_a) {
+            thumbnails.reference[place_in(reference, name)] = memory.thumbnail_a;
+        }
+        if (memory.thumbnail_b) {
+            thumbnails.candidate[place_in(candidate, name)] = memory.thumbnail_b;
+        }
+    };
     std::vector<std::string> names = frame_names(reference, candidate);
     if (reference.kind == SourceKind::picture || candidate.kind == SourceKind::picture) {
         names = {reference.path.filename().string()};
@@ -71,8 +84,8 @@ void compare_files_of(const Source& reference, const Source& candidate, const Se
                     Frame& frame = result.frames[i];
                     frame.name = names[i];
                     frame.index = numbers.empty() || !result.is_sequence ? static_cast<std::int64_t>(i) : numbers[i];
-                    compare_files({path_in(reference, names[i]), path_in(candidate, names[i])}, settings.pair, memory,
-                                  frame);
+                    compare_files({path_in(reference, names[i]), path_in(candidate, names[i])}, pair, memory, frame);
+                    keep(names[i], memory);
                 }
             } catch (...) {
                 errors[part] = std::current_exception();
@@ -364,16 +377,17 @@ Case compare_sources(const std::string& name, const Source& reference, const Sou
                                          " are not of one kind: pictures, folders of frames, or films");
     }
     result.is_sequence = kind != SourceKind::picture;
+    Thumbnails thumbnails;
     if (kind == SourceKind::film) {
         CHECK(films != nullptr);
         compare_films(reference, candidate, settings, *films, result);
     } else {
-        compare_files_of(reference, candidate, settings, result);
+        compare_files_of(reference, candidate, settings, result, thumbnails);
     }
     find_runs(settings, result);
     if (result.is_sequence && result.is_failed && kind == SourceKind::frames &&
         candidate.kind == SourceKind::frames && reference.kind == SourceKind::frames) {
-        result.shift = find_shift(reference, candidate, settings);
+        result.shift = find_shift(reference, candidate, settings, thumbnails);
     }
     find_cause(reference, candidate, result);
     result.message = result.is_sequence ? sequence_message(result) : result.frames.front().message;

@@ -4,16 +4,12 @@
 #include "sim/base/workers.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 namespace diff {
 
 namespace {
-
-constexpr int side = 16; ///< of a thumbnail [px]
-using Thumbnail = std::array<float, side * side * 3>; ///< mean colours [levels]
 
 /// Shifts up to this are looked for.
 constexpr std::int64_t most_shift = 600;
@@ -22,53 +18,42 @@ constexpr double same_levels = 0.25;
 /// And the frames without shift differ by this many times more.
 constexpr double least_gain = 4.0;
 
-/// First row or column of a picture in cell k of the thumbnail.
-int cell_start(int k, int size) {
-    return static_cast<int>((std::int64_t{k} * size + side - 1) / side);
+/// Of a file; black for one that cannot be read, which fits nothing.
+Thumbnail read_thumbnail(const std::filesystem::path& path, const Settings& settings, PairMemory& memory) {
+    try {
+        read_file(path, settings.pair.accepted, memory.file_a);
+        decode_picture(memory.file_a, path.string(), settings.pair.accepted, memory.a, memory.reader);
+        return thumbnail_of(memory.a);
+    } catch (const sim::Error&) {
+        return {}; // the frame has its own status
+    }
 }
 
-Thumbnail thumbnail_of(const Picture& picture) {
-    Thumbnail means{};
-    std::vector<std::uint32_t> sums; // of the rows of a cell
-    for (int row = 0; row < side; ++row) {
-        const int top = cell_start(row, picture.height);
-        const int bottom = cell_start(row + 1, picture.height);
-        sum_rows(picture, top, bottom, sums);
-        for (int column = 0; column < side; ++column) {
-            const int left = cell_start(column, picture.width);
-            const int right = cell_start(column + 1, picture.width);
-            const int count = std::max((bottom - top) * (right - left), 1);
-            for (int c = 0; c < 3; ++c) {
-                std::uint64_t sum = 0;
-                for (int x = left; x < right; ++x) {
-                    sum += sums[static_cast<std::size_t>(3 * x + c)];
+/// Of all frames of the candidate, and in the same way of the reference: those not taken yet are read. Where neither side's
+/// was taken, the files are equal.
+void take_missing(const Source& reference, const Source& candidate, const Settings& settings, Thumbnails& thumbnails) {
+    sim::Workers workers(settings.threads);
+    const auto take = [&](const Source& source, std::vector<std::optional<Thumbnail>>& of) {
+        workers.run(of.size(), [&](std::size_t first, std::size_t last) {
+            PairMemory memory;
+            for (std::size_t i = first; i < last && !settings.is_interrupted(); ++i) {
+                if (!of[i]) {
+                    of[i] = read_thumbnail(source.path / source.names[i], settings, memory);
                 }
-                means[static_cast<std::size_t>((row * side + column) * 3 + c)] =
-                    static_cast<float>(sum) / static_cast<float>(count);
             }
+        });
+    };
+    std::vector<bool> was_taken(thumbnails.reference.size());
+    std::transform(thumbnails.reference.begin(), thumbnails.reference.end(), was_taken.begin(),
+                   [](const std::optional<Thumbnail>& thumbnail) { return thumbnail.has_value(); });
+    take(reference, thumbnails.reference);
+    for (std::size_t i = 0; i < thumbnails.candidate.size(); ++i) {
+        const std::size_t same = place_in(reference, candidate.names[i]);
+        if (!thumbnails.candidate[i] && same < was_taken.size() && !was_taken[same]) {
+            thumbnails.candidate[i] = thumbnails.reference[same];
         }
     }
-    return means;
-}
-
-/// Of all frames; black for one that cannot be read, which fits nothing.
-std::vector<Thumbnail> thumbnails_of(const Source& source, const Settings& settings) {
-    std::vector<Thumbnail> thumbnails(source.names.size());
-    sim::Workers workers(settings.threads);
-    workers.run(thumbnails.size(), [&](std::size_t first, std::size_t last) {
-        PairMemory memory;
-        for (std::size_t i = first; i < last && !settings.is_interrupted(); ++i) {
-            try {
-                const std::filesystem::path path = source.path / source.names[i];
-                read_file(path, settings.pair.accepted, memory.file_a);
-                decode_picture(memory.file_a, path.string(), settings.pair.accepted, memory.a, memory.reader);
-                thumbnails[i] = thumbnail_of(memory.a);
-            } catch (const sim::Error&) {
-                // The frame has its own status.
-            }
-        }
-    });
-    return thumbnails;
+    take(candidate, thumbnails.candidate);
 }
 
 double distance(const Thumbnail& a, const Thumbnail& b) {
@@ -80,24 +65,34 @@ double distance(const Thumbnail& a, const Thumbnail& b) {
 }
 
 /// Largest distance of the frames that are shared at a shift, as far as it is below `limit`.
-double worst_distance(const std::vector<Thumbnail>& a, const std::vector<Thumbnail>& b, std::int64_t shift,
-                      double limit) {
+double worst_distance(const Thumbnails& thumbnails, std::int64_t shift, double limit) {
+    const auto &a = thumbnails.reference, &b = thumbnails.candidate;
     double worst = 0.0;
     const auto count = static_cast<std::int64_t>(a.size());
     for (std::int64_t i = std::max<std::int64_t>(0, -shift);
          worst < limit && i < count && i + shift < static_cast<std::int64_t>(b.size()); ++i) {
-        worst = std::max(worst, distance(a[static_cast<std::size_t>(i)], b[static_cast<std::size_t>(i + shift)]));
+        worst = std::max(worst, distance(*a[static_cast<std::size_t>(i)], *b[static_cast<std::size_t>(i + shift)]));
     }
     return worst;
 }
 
 } // namespace
 
-std::optional<std::int64_t> find_shift(const Source& reference, const Source& candidate, const Settings& settings) {
-    const std::vector<Thumbnail> a = thumbnails_of(reference, settings);
-    const std::vector<Thumbnail> b = thumbnails_of(candidate, settings);
+std::size_t place_in(const Source& source, const std::string& name) {
+    const auto found = std::lower_bound(source.names.begin(), source.names.end(), name);
+    return found != source.names.end() && *found == name ? static_cast<std::size_t>(found - source.names.begin())
+                                                         : source.names.size();
+}
+
+std::optional<std::int64_t> find_shift(const Source& reference, const Source& candidate, const Settings& settings,
+                                       Thumbnails& thumbnails) {
+    take_missing(reference, candidate, settings, thumbnails);
+    if (settings.is_interrupted()) {
+        return std::nullopt;
+    }
+    const auto &a = thumbnails.reference, &b = thumbnails.candidate;
     const auto least_shared = static_cast<std::int64_t>(std::max<std::size_t>(2, (std::max(a.size(), b.size()) + 1) / 2));
-    const double unshifted = worst_distance(a, b, 0, std::numeric_limits<double>::max());
+    const double unshifted = worst_distance(thumbnails, 0, std::numeric_limits<double>::max());
     std::optional<std::int64_t> best;
     double least = std::min(same_levels, unshifted / least_gain);
     for (std::int64_t size = 1; size <= most_shift; ++size) {
@@ -107,7 +102,7 @@ std::optional<std::int64_t> find_shift(const Source& reference, const Source& ca
             if (shared < least_shared) {
                 continue;
             }
-            const double now = worst_distance(a, b, shift, least);
+            const double now = worst_distance(thumbnails, shift, least);
             if (now < least) {
                 least = now;
                 best = shift;

@@ -1,8 +1,10 @@
 #include "render/compare/side_by_side.h"
 
+#include "render/compare/rows.h"
 #include "render/compare/utf8.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace diff {
 
@@ -10,20 +12,6 @@ namespace {
 
 constexpr int most_width = 1920; ///< [px] of the film
 constexpr double default_fps = 30.0;
-
-Picture to_colors(const IndexedPicture& indexed) {
-    Picture picture;
-    picture.width = indexed.width;
-    picture.height = indexed.height;
-    picture.rgb.resize(indexed.indices.size() * 3);
-    for (std::size_t i = 0; i < indexed.indices.size(); ++i) {
-        const std::uint8_t* color = &indexed.palette[std::size_t{indexed.indices[i]} * 3];
-        for (std::size_t c = 0; c < 3; ++c) {
-            picture.rgb[3 * i + c] = color[c];
-        }
-    }
-    return picture;
-}
 
 /// The film's pictures: three panels of one size.
 class Panels {
@@ -41,30 +29,57 @@ public:
 
     /// panel: 0, 1 or 2 from the left. Means of factor x factor pixels.
     void set(int panel, const Picture& picture) {
-        const int width = std::min(panel_width_, picture.width / factor_);
-        const int height = std::min(film_.height, picture.height / factor_);
-        const int count = factor_ * factor_;
-        for (int y = 0; y < height; ++y) {
-            sum_rows(picture, y * factor_, (y + 1) * factor_, sums_);
-            std::uint8_t* out = &film_.rgb[static_cast<std::size_t>(y * film_.width + panel * panel_width_) * 3];
-            for (int i = 0; i < 3 * width; ++i) {
-                const std::uint32_t* first = &sums_[static_cast<std::size_t>(i / 3 * factor_ * 3 + i % 3)];
-                std::uint32_t sum = static_cast<std::uint32_t>(count / 2);
-                for (int k = 0; k < factor_; ++k) {
-                    sum += first[3 * k];
-                }
-                out[i] = static_cast<std::uint8_t>(sum / static_cast<std::uint32_t>(count));
+        set(panel, picture.width, picture.height, [&picture](int y) { return row_of(picture, y); });
+    }
+
+    void set(int panel, const IndexedPicture& picture) {
+        const auto width = static_cast<std::size_t>(picture.width);
+        colors_.resize(width * 3);
+        set(panel, picture.width, picture.height, [&](int y) {
+            Row indices = picture.indices.data() + static_cast<std::size_t>(y) * width;
+            for (std::size_t x = 0; x < width; ++x) {
+                std::memcpy(&colors_[3 * x], &picture.palette[std::size_t{indices[x]} * 3], 3);
             }
-        }
+            return Row{colors_.data()};
+        });
     }
 
     const Picture& film() const { return film_; }
 
 private:
+    /// row(y): its colours, until the next is asked for.
+    template <typename RowOf>
+    void set(int panel, int picture_width, int picture_height, RowOf row) {
+        const int width = std::min(panel_width_, picture_width / factor_);
+        const int height = std::min(film_.height, picture_height / factor_);
+        const auto step = static_cast<std::size_t>(factor_) * 3;
+        const auto count = static_cast<std::uint64_t>(factor_) * static_cast<std::uint64_t>(factor_);
+        // Divides sums of up to 256 times count exactly, for factors of up to 63.
+        const std::uint64_t inverse = ((std::uint64_t{1} << 32) + count - 1) / count;
+        for (int y = 0; y < height; ++y) {
+            sums_.assign(static_cast<std::size_t>(width) * step, 0);
+            for (int k = 0; k < factor_; ++k) {
+                add_row(row(y * factor_ + k), sums_.size(), sums_.data());
+            }
+            std::uint8_t* out = &film_.rgb[static_cast<std::size_t>(y * film_.width + panel * panel_width_) * 3];
+            const std::uint32_t* first = sums_.data();
+            for (int x = 0; x < width; ++x, first += step) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    std::uint64_t sum = count / 2;
+                    for (std::size_t k = 0; k < step; k += 3) {
+                        sum += first[k + c];
+                    }
+                    *out++ = static_cast<std::uint8_t>(sum * inverse >> 32);
+                }
+            }
+        }
+    }
+
     int factor_;
     int panel_width_ = 1;
     Picture film_;
     std::vector<std::uint32_t> sums_; ///< of factor rows
+    Bytes colors_;                    ///< of a row
 };
 
 } // namespace
@@ -103,7 +118,7 @@ void write_side_by_side(const Source& reference, const Source& candidate, const 
                         panels.set(1, memory.b);
                     }
                     if (has_a && has_b) {
-                        panels.set(2, frame.tier == Tier::identical ? memory.b : to_colors(difference_picture(memory)));
+                        frame.tier == Tier::identical ? panels.set(2, memory.b) : panels.set(2, difference_picture(memory));
                     }
                     film->add(panels.film());
                 });

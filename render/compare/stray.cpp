@@ -1,5 +1,7 @@
 #include "render/compare/stray.h"
 
+#include "render/compare/rows.h"
+
 #include <algorithm>
 
 namespace diff {
@@ -35,14 +37,16 @@ bool is_flat_around(const Picture& picture, int x, int y) {
 
 Peak count_strays(const Picture& a, const Picture& b, const std::vector<std::uint8_t>& raw, int most) {
     Peak found;
-    for (std::size_t i = 0; i < raw.size() && found.value < most; ++i) {
-        if (raw[i] <= stray_levels) {
+    const auto width = static_cast<std::size_t>(a.width);
+    for (int y = 0; y < a.height; ++y) {
+        Row row = raw.data() + width * static_cast<std::size_t>(y);
+        if (largest_of(row, width) <= stray_levels) {
             continue;
         }
-        const int x = static_cast<int>(i % static_cast<std::size_t>(a.width));
-        const int y = static_cast<int>(i / static_cast<std::size_t>(a.width));
-        if (is_flat_around(a, x, y) || is_flat_around(b, x, y)) {
-            found = found.value == 0 ? Peak{1, x, y} : Peak{found.value + 1, found.x, found.y};
+        for (int x = 0; x < a.width && found.value < most; ++x) {
+            if (row[x] > stray_levels && (is_flat_around(a, x, y) || is_flat_around(b, x, y))) {
+                found = found.value == 0 ? Peak{1, x, y} : Peak{found.value + 1, found.x, found.y};
+            }
         }
     }
     return found;
