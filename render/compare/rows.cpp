@@ -54,6 +54,12 @@ ROW_LOOP void raise_to_difference(Row a, Row b, std::size_t n, std::uint8_t* __r
     }
 }
 
+ROW_LOOP void raise_to(Row a, std::size_t n, std::uint8_t* __restrict out) {
+    for (std::size_t i = 0; i < n; ++i) {
+        out[i] = greater(out[i], a[i]);
+    }
+}
+
 ROW_LOOP void largest_channel(Row channels, std::size_t pixels, std::uint8_t* __restrict out) {
     for (std::size_t i = 0; i < pixels; ++i) {
         out[i] = greater(channels[3 * i], greater(channels[3 * i + 1], channels[3 * i + 2]));

@@ -25,6 +25,8 @@ void subtract(Row a, Row b, std::size_t n, std::uint8_t* out);
 void absolute_difference(Row a, Row b, std::size_t n, std::uint8_t* out);
 /// `out` becomes no less than the difference of a and b.
 void raise_to_difference(Row a, Row b, std::size_t n, std::uint8_t* out);
+/// `out` becomes no less than a.
+void raise_to(Row a, std::size_t n, std::uint8_t* out);
 /// Of each pixel's three channels the largest.
 void largest_channel(Row channels, std::size_t pixels, std::uint8_t* out);
 

@@ -4,7 +4,6 @@
 #include "render/compare/utf8.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace diff {
 
@@ -16,10 +15,12 @@ constexpr double default_fps = 30.0;
 /// The film's pictures: three panels of one size.
 class Panels {
 public:
-    Panels(int width, int height) : factor_(std::max(1, (3 * width + most_width - 1) / most_width)) {
-        panel_width_ = std::max(1, width / factor_);
+    Panels(int width, int height) {
+        const int factor = std::max(1, (3 * width + most_width - 1) / most_width);
+        factor_ = static_cast<std::size_t>(factor);
+        panel_width_ = std::max(1, width / factor);
         film_.width = 3 * panel_width_;
-        film_.height = std::max(1, height / factor_);
+        film_.height = std::max(1, height / factor);
         clear();
     }
 
@@ -29,41 +30,19 @@ public:
 
     /// panel: 0, 1 or 2 from the left. Means of factor x factor pixels.
     void set(int panel, const Picture& picture) {
-        set(panel, picture.width, picture.height, [&picture](int y) { return row_of(picture, y); });
-    }
-
-    void set(int panel, const IndexedPicture& picture) {
-        const auto width = static_cast<std::size_t>(picture.width);
-        colors_.resize(width * 3);
-        set(panel, picture.width, picture.height, [&](int y) {
-            Row indices = picture.indices.data() + static_cast<std::size_t>(y) * width;
-            for (std::size_t x = 0; x < width; ++x) {
-                std::memcpy(&colors_[3 * x], &picture.palette[std::size_t{indices[x]} * 3], 3);
-            }
-            return Row{colors_.data()};
-        });
-    }
-
-    const Picture& film() const { return film_; }
-
-private:
-    /// row(y): its colours, until the next is asked for.
-    template <typename RowOf>
-    void set(int panel, int picture_width, int picture_height, RowOf row) {
-        const int width = std::min(panel_width_, picture_width / factor_);
-        const int height = std::min(film_.height, picture_height / factor_);
-        const auto step = static_cast<std::size_t>(factor_) * 3;
-        const auto count = static_cast<std::uint64_t>(factor_) * static_cast<std::uint64_t>(factor_);
+        const Size size = size_of(picture.width, picture.height);
+        const std::size_t step = factor_ * 3;
+        const auto count = static_cast<std::uint64_t>(factor_ * factor_);
         // Divides sums of up to 256 times count exactly, for factors of up to 63.
         const std::uint64_t inverse = ((std::uint64_t{1} << 32) + count - 1) / count;
-        for (int y = 0; y < height; ++y) {
-            sums_.assign(static_cast<std::size_t>(width) * step, 0);
-            for (int k = 0; k < factor_; ++k) {
-                add_row(row(y * factor_ + k), sums_.size(), sums_.data());
+        for (int y = 0; y < size.height; ++y) {
+            sums_.assign(size.width * step, 0);
+            for (std::size_t k = 0; k < factor_; ++k) {
+                add_row(row_of(picture, first_row(y) + static_cast<int>(k)), sums_.size(), sums_.data());
             }
-            std::uint8_t* out = &film_.rgb[static_cast<std::size_t>(y * film_.width + panel * panel_width_) * 3];
+            std::uint8_t* out = place_of(panel, y);
             const std::uint32_t* first = sums_.data();
-            for (int x = 0; x < width; ++x, first += step) {
+            for (std::size_t x = 0; x < size.width; ++x, first += step) {
                 for (std::size_t c = 0; c < 3; ++c) {
                     std::uint64_t sum = count / 2;
                     for (std::size_t k = 0; k < step; k += 3) {
@@ -75,11 +54,47 @@ private:
         }
     }
 
-    int factor_;
+    /// What differs most of factor x factor pixels, so that nothing small vanishes.
+    void set(int panel, const IndexedPicture& picture) {
+        const Size size = size_of(picture.width, picture.height);
+        const auto width = static_cast<std::size_t>(picture.width);
+        for (int y = 0; y < size.height; ++y) {
+            worst_.assign(size.width * factor_, 0);
+            for (std::size_t k = 0; k < factor_; ++k) {
+                raise_to(picture.indices.data() + (static_cast<std::size_t>(first_row(y)) + k) * width, worst_.size(),
+                         worst_.data());
+            }
+            std::uint8_t* out = place_of(panel, y);
+            for (std::size_t x = 0; x < size.width; ++x, out += 3) {
+                const auto first = worst_.begin() + static_cast<std::ptrdiff_t>(x * factor_);
+                const std::size_t index = *std::max_element(first, first + static_cast<std::ptrdiff_t>(factor_));
+                std::copy_n(&picture.palette[3 * index], 3, out);
+            }
+        }
+    }
+
+    const Picture& film() const { return film_; }
+
+private:
+    /// [px] of a picture's panel.
+    struct Size {
+        std::size_t width;
+        int height;
+    };
+    Size size_of(int width, int height) const {
+        const int factor = static_cast<int>(factor_);
+        return {static_cast<std::size_t>(std::min(panel_width_, width / factor)), std::min(film_.height, height / factor)};
+    }
+    int first_row(int y) const { return y * static_cast<int>(factor_); }
+    std::uint8_t* place_of(int panel, int y) {
+        return &film_.rgb[static_cast<std::size_t>(y * film_.width + panel * panel_width_) * 3];
+    }
+
+    std::size_t factor_ = 1;
     int panel_width_ = 1;
     Picture film_;
     std::vector<std::uint32_t> sums_; ///< of factor rows
-    Bytes colors_;                    ///< of a row
+    Bytes worst_;                     ///< indices of a row
 };
 
 } // namespace
