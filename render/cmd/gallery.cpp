@@ -175,7 +175,9 @@ diff::GalleryRun run_of(const fs::path& root, const std::string& name) {
         if (has_extension(file, {".svg", ".png", ".jpg", ".webp", ".gif"}) && file != "poster.png") {
             run.plots.push_back(path);
         }
-        if (has_extension(file, {".glb"}) && fs::exists(folder / "trajectory.h5")) {
+        // One of an earlier simulation is no longer the film's.
+        if (has_extension(file, {".glb"}) && fs::exists(folder / "trajectory.h5") &&
+            fs::last_write_time(folder / file) >= fs::last_write_time(folder / "trajectory.h5")) {
             sim::write_file(folder / (file + ".js"),
                             diff::model_script(path, sim::read_text_file(folder / file)));
             run.model = path;

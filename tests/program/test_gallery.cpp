@@ -62,6 +62,9 @@ TEST_F(gallery, shows_studies_animations_and_exports) {
     // What a page on a disk loads: a call with the file's bytes.
     EXPECT_TRUE(bytes("results/block/block.glb.js").starts_with("solid.arrived(\"block/block.glb\", \"Z2xURgIAAA"));
     EXPECT_NE(bytes("results/manifest.json").find("block/block.glb.js"), std::string::npos);
+    // The glTF of an earlier simulation is no film's.
+    EXPECT_EQ(shell("touch results/block/trajectory.h5; \"$TUMBLE\" gallery results --quiet").err, "");
+    EXPECT_EQ(bytes("results/manifest.json").find("block/block.glb.js"), std::string::npos);
 }
 
 TEST_F(gallery, what_is_no_result_is_one_line_and_no_page) {
