@@ -150,19 +150,19 @@ void draw_plot(Canvas& canvas, Font& font, const PlotPicture& plot, const PlotPl
     for (const PlotCurve& curve : plot.curves) {
         right = std::max(right, font.width(curve.name, size));
     }
-    const float edge = margin * scale;
-    const Axes axes{{lower.x + edge + left + 6.0f * scale, lower.y + edge + 1.9f * plot_title_size * scale},
-                    {upper.x - edge - (right > 0.0f ? right + 6.0f * scale : 4.0f * scale),
-                     upper.y - edge - 1.25f * size},
+    const float border = margin * scale;
+    const Axes axes{{lower.x + border + left + 6.0f * scale, lower.y + border + 1.9f * plot_title_size * scale},
+                    {upper.x - border - (right > 0.0f ? right + 6.0f * scale : 4.0f * scale),
+                     upper.y - border - 1.25f * size},
                     plot.duration,
                     plot.range,
                     rise};
-    const float baseline = lower.y + edge + Font::digit_height(plot_title_size * scale);
-    font.draw(canvas, {lower.x + edge, baseline}, plot.title, {plot_title_size * scale, text_paint()});
-    font.draw(canvas, {lower.x + edge + font.width(plot.title + "  ", plot_title_size * scale), baseline}, plot.unit,
+    const float baseline = lower.y + border + Font::digit_height(plot_title_size * scale);
+    font.draw(canvas, {lower.x + border, baseline}, plot.title, {plot_title_size * scale, text_paint()});
+    font.draw(canvas, {lower.x + border + font.width(plot.title + "  ", plot_title_size * scale), baseline}, plot.unit,
               {plot_title_size * scale, dim_paint()});
     draw_axes(canvas, font, axes, scale);
-    font.draw(canvas, {upper.x - edge, baseline}, plot.note, {size, dim_paint(), TextAlign::right});
+    font.draw(canvas, {upper.x - border, baseline}, plot.note, {size, dim_paint(), TextAlign::right});
     for (const PlotCurve& curve : plot.curves) {
         canvas.stroke(axes.place(curve.points), {{curve.color, 1.0f}, curve_width * scale, 0.0f});
     }

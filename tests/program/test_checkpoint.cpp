@@ -156,7 +156,7 @@ TEST_F(checkpoint, another_program_or_scene_is_refused_by_its_name) {
                                                "density = 1000\nposition = [5, 0, 1]\n");
     interrupt_block();
     const std::string before = bytes("out/block/checkpoint.bin");
-    const auto refusal = [this](const Outcome& outcome) {
+    const auto refusal = [](const Outcome& outcome) {
         EXPECT_EQ(outcome.code, 2);
         expect_one_line(outcome.err);
         return outcome.err;

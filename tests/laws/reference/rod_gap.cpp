@@ -118,7 +118,8 @@ double searched_gap(const A& a, const B& b) {
     edges_a.insert(edges_a.end(), edges_b.begin(), edges_b.end());
     double largest = -std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < kept; ++k) {
-        auto [best, n] = starts[k];
+        double best = starts[k].value;
+        Vector n = starts[k].n;
         const auto improves = [&](const Vector& direction, double turn) {
             const Vector tried = (n + turn * direction).normalized();
             const double value = separation(tried);
