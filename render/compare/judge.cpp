@@ -283,7 +283,7 @@ const char* name_of(GateId id) {
     return names[static_cast<int>(id)];
 }
 
-Limits lossy_limits(const Limits& limits) {
+Limits lossy_limits(const Limits& limits, bool is_jpeg) {
     Limits lossy = limits;
     const auto set = [&lossy](GateId id, double value) {
         Limit& limit = lossy.of[static_cast<std::size_t>(id)];
@@ -293,7 +293,9 @@ Limits lossy_limits(const Limits& limits) {
     };
     set(GateId::spot, 6.0); // a quarter of the pixels, half of them for the blur
     set(GateId::faint, 150.0);
-    set(GateId::block_drift, 1.4);
+    // A JPEG file has plain colours up to two levels off, all of a picture the same way.
+    set(GateId::block_drift, is_jpeg ? 2.2 : 1.4);
+    set(GateId::drift, is_jpeg ? 2.2 : limits[GateId::drift].value);
     set(GateId::lone, any_pixels);
     return lossy;
 }

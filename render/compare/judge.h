@@ -39,8 +39,8 @@ struct Limits {
     const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
 };
 
-/// For pairs of films at half the size, where no limit was asked for: encoders blur and ring, at every edge.
-Limits lossy_limits(const Limits& limits);
+/// For pairs of films and JPEG files at half the size, where no limit was asked for: encoders blur and ring, at every edge.
+Limits lossy_limits(const Limits& limits, bool is_jpeg);
 
 /// The name used in JSON and by --limit: "spot", "block drift", ...
 const char* name_of(GateId id);

@@ -223,7 +223,7 @@ void judge_lossy(const PairSettings& settings, PairMemory& memory, Frame& frame)
     }
     halve(memory.a, memory.half_a);
     halve(memory.b, memory.half_b);
-    judge(memory.half_a, memory.half_b, lossy_limits(settings.limits), memory.half_map, frame);
+    judge(memory.half_a, memory.half_b, lossy_limits(settings.limits, settings.is_jpeg), memory.half_map, frame);
     frame.tier = std::max(frame.tier, Tier::noise);
     frame.differing_pixels = memory.map.differing;
     frame.largest_difference = memory.map.largest;
@@ -314,7 +314,8 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
         }
         mask_pair(mask_of(paths, settings, memory), memory);
         PairSettings judging = settings;
-        judging.is_lossy = settings.is_lossy || is_jpeg(memory.file_a) || is_jpeg(memory.file_b);
+        judging.is_jpeg = settings.is_jpeg || is_jpeg(memory.file_a) || is_jpeg(memory.file_b);
+        judging.is_lossy = settings.is_lossy || judging.is_jpeg;
         judge_or_measure(judging, memory, frame);
         if (settings.judges && frame.tier == Tier::changed) {
             add_bodies(paths, settings, memory, frame);

@@ -20,6 +20,7 @@ struct PairSettings {
     Mask mask;
     std::vector<std::string> ignored_bodies; ///< names
     bool is_lossy = false; ///< films and JPEG: judged at half the size, since their colours have no more pixels
+    bool is_jpeg = false;  ///< one of them is a JPEG file, which has plain colours a little off; lossy
     bool takes_thumbnails = false; ///< of what is decoded
     bool judges = true; ///< false: only measured, for difference_picture(); the tier is then identical or changed
 };

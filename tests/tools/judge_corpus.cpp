@@ -4,7 +4,7 @@
 ///     FOLDER/seen/CLASS/NAME.a.png, .b.png      four of five pairs; limits may be chosen by them
 ///     FOLDER/unseen/CLASS/...                   every fifth pair of each class
 ///
-/// A class begins with "noise", or with "changed"; those of films have "film" in their name.
+/// A class begins with "noise", or with "changed"; those of films and JPEG files have "film" or "JPEG" in their name.
 #include "render/compare/picture.h"
 #include "render/film/video_reader.h"
 #include "render/film/video_writer.h"
@@ -15,6 +15,7 @@
 #include "sim/world/world.h"
 
 #include <fmt/format.h>
+#include <stb_image_write.h>
 
 #include <algorithm>
 #include <cmath>
@@ -159,6 +160,22 @@ Image filmed(const Image& image, const fs::path& folder, int crf, const char* pr
     return shown;
 }
 
+/// As a JPEG file shows it.
+Image as_jpeg(const Image& image, int quality) {
+    diff::Bytes bytes;
+    const auto append = [](void* to, void* from, int size) {
+        const auto* first = static_cast<const std::uint8_t*>(from);
+        static_cast<diff::Bytes*>(to)->insert(static_cast<diff::Bytes*>(to)->end(), first, first + size);
+    };
+    stbi_write_jpg_to_func(append, &bytes, image.width, image.height, 3, image.rgb.data(), quality);
+    diff::Picture shown;
+    diff::ReaderMemory memory;
+    diff::decode_picture(bytes, "JPEG", {}, shown, memory);
+    Image result(image.width, image.height);
+    result.rgb = shown.rgb;
+    return result;
+}
+
 class Corpus {
 public:
     explicit Corpus(fs::path folder) : folder_(std::move(folder)) { fs::create_directories(folder_); }
@@ -263,6 +280,21 @@ public:
         Drawing bright = base_;
         bright.scene.light.sun_intensity *= 1.1;
         corpus_.add("changed film sun 10 %", name_, good, filmed(draw(bright), corpus_.folder(), 18, "veryfast"));
+    }
+
+    /// 85 and 90 have their colours at half the size, 95 has not.
+    void add_jpegs() {
+        const Image good = as_jpeg(picture_, 95);
+        const Image small = as_jpeg(picture_, 85);
+        corpus_.add("noise JPEG of another quality", name_, good, small);
+        corpus_.add("noise JPEG and its picture", name_, picture_, as_jpeg(picture_, 90));
+        for_bodies(1, [&](std::size_t body) {
+            corpus_.add("changed JPEG body moved 2 px", name_, good, as_jpeg(draw(moved(body, 2.0)), 85));
+            corpus_.add("changed JPEG body missing", name_, small, as_jpeg(draw(without(body)), 85));
+        });
+        Drawing bright = base_;
+        bright.scene.light.sun_intensity *= 1.1;
+        corpus_.add("changed JPEG sun 10 %", name_, small, as_jpeg(draw(bright), 85));
     }
 
     void add_bodies() {
@@ -421,6 +453,7 @@ int main(int argc, char** argv) {
             pairs.add_sharpness();
             pairs.add_text();
             pairs.add_view();
+            pairs.add_jpegs(); // last: those before keep their random numbers
         }
     }
     std::filesystem::remove(corpus.folder() / "film.mp4");

@@ -21,10 +21,8 @@ struct Score {
     std::map<std::string, int> only;  ///< exceeded alone
 };
 
-diff::Frame judged(const fs::path& a, const fs::path& b, bool is_film) {
+diff::Frame judged(const fs::path& a, const fs::path& b, const diff::PairSettings& settings) {
     static diff::PairMemory memory;
-    diff::PairSettings settings;
-    settings.is_lossy = is_film;
     diff::Frame frame;
     diff::compare_files({a, b}, settings, memory, frame);
     return frame;
@@ -33,7 +31,9 @@ diff::Frame judged(const fs::path& a, const fs::path& b, bool is_film) {
 void judge_kind(const fs::path& folder, bool is_verbose, Score& score) {
     const std::string kind = folder.filename().string();
     const bool is_noise = kind.starts_with("noise");
-    const bool is_film = kind.find("film") != std::string::npos;
+    diff::PairSettings settings;
+    settings.is_jpeg = kind.find("JPEG") != std::string::npos;
+    settings.is_lossy = settings.is_jpeg || kind.find("film") != std::string::npos;
     std::vector<fs::path> files;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         if (entry.path().string().ends_with(".a.png")) {
@@ -44,12 +44,12 @@ void judge_kind(const fs::path& folder, bool is_verbose, Score& score) {
     for (const fs::path& a : files) {
         std::string b = a.string();
         b[b.size() - 5] = 'b';
-        const diff::Frame frame = judged(a, b, is_film);
+        const diff::Frame frame = judged(a, b, settings);
         const bool is_changed = frame.tier == diff::Tier::changed;
         const bool is_right = is_changed != is_noise;
         ++score.pairs;
         score.right += is_right;
-        score.one_sided += (judged(b, a, is_film).tier == diff::Tier::changed) != is_changed;
+        score.one_sided += (judged(b, a, settings).tier == diff::Tier::changed) != is_changed;
         const auto is_exceeded = [](const diff::Gate& gate) { return gate.is_exceeded; };
         const bool is_only = std::count_if(frame.gates.begin(), frame.gates.end(), is_exceeded) == 1;
         for (const diff::Gate& gate : frame.gates) {
