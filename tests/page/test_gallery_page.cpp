@@ -41,9 +41,9 @@ void write_sample_gallery() {
     sim::write_file(gallery_dir / "index.html", diff::gallery_page(gallery));
 }
 
-/// A run with its glTF in out_dir / "solid", by the program.
+/// A run with its glTF in gallery_dir / "solid", by the program.
 void write_solid_gallery() {
-    const std::string parent = out_dir.string();
+    const std::string parent = gallery_dir.string();
     const auto tumble = [&](const std::string& words) {
         const std::string command = "cd '" + parent + "' && '" TUMBLE_PROGRAM "' " + words + " --quiet";
         ASSERT_EQ(std::system(command.c_str()), 0) << command;
@@ -57,7 +57,7 @@ void write_solid_gallery() {
 /// The film's slider is that of the model, which the mouse turns; nothing comes from a network.
 void look_in_three_dimensions(Browser& browser) {
     write_solid_gallery();
-    browser.open("file://" + fs::absolute(out_dir / "solid/index.html").string());
+    browser.open("file://" + fs::absolute(gallery_dir / "solid/index.html").string());
     browser.click("[data-model]");
     const std::string canvas = "document.querySelector('canvas')";
     EXPECT_TRUE(browser.wait_for(canvas + "?.dataset.time === '0'"));
@@ -66,7 +66,7 @@ void look_in_three_dimensions(Browser& browser) {
     EXPECT_TRUE(browser.wait_for("Math.abs(" + canvas + ".dataset.time - 0.2) < 0.01"));
     const Browser::Json later = browser.value(canvas + ".toDataURL()");
     EXPECT_NE(later, start);
-    browser.screenshot(out_dir / "solid.png");
+    browser.screenshot(gallery_dir / "solid.png");
     browser.value(canvas + ".dispatchEvent(new PointerEvent('pointermove', {buttons: 1, movementX: 60, movementY: 9}))");
     EXPECT_TRUE(browser.wait_for(canvas + ".toDataURL() !== '" + later.get<std::string>() + "'"));
     browser.click("[data-model]");

@@ -19,8 +19,8 @@
 
 namespace {
 
-constexpr int width = 160;
-constexpr int height = 120;
+constexpr int passes_width = 160;
+constexpr int passes_height = 120;
 
 /// A box, a ball that flies to the right and spins, and a cylinder on a floor, seen along +y from (0, -10, 1).
 sim::SceneDef shapes() {
@@ -39,7 +39,7 @@ sim::SceneDef shapes() {
 /// The channels of a scene's start, drawn as a film does.
 std::map<std::string, render::Channel> passes_of(const sim::SceneDef& scene, double frame_time) {
     const sim::Snapshot snapshot = sample::start(scene);
-    const auto plan = std::make_shared<const render::PicturePlan>(scene, width, height);
+    const auto plan = std::make_shared<const render::PicturePlan>(scene, passes_width, passes_height);
     const render::DrawList list = plan->list(snapshot);
     render::Renderer renderer(plan);
     render::RawPicture raw;
@@ -60,7 +60,7 @@ const double scale = 60.0 / std::tan(20.0 * std::numbers::pi / 180.0) / 10.0;
 std::size_t pixel_at(double x, double z) {
     const int column = static_cast<int>(std::floor(80.0 + scale * x));
     const int row = static_cast<int>(std::floor(60.0 - scale * (z - 1.0)));
-    return static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column);
+    return static_cast<std::size_t>(row) * passes_width + static_cast<std::size_t>(column);
 }
 
 } // namespace
@@ -104,8 +104,8 @@ TEST(passes, are_what_geometry_says) {
     EXPECT_EQ(value("alpha.A", box), 1.0f);
     EXPECT_EQ(value("alpha.A", floor) + value("alpha.A", sky), 0.0f);
     double area = 0.0;
-    for (std::size_t k = 0; k < width * 60; ++k) { // above the horizon
-        area += k % width > 60 && k % width < 100 ? value("alpha.A", k) : 0.0;
+    for (std::size_t k = 0; k < passes_width * 60; ++k) { // above the horizon
+        area += k % passes_width > 60 && k % passes_width < 100 ? value("alpha.A", k) : 0.0;
     }
     const double radius = 10.0 * scale * std::tan(std::asin(0.05));
     EXPECT_NEAR(area, 0.5 * std::numbers::pi * radius * radius, 0.02 * area);
