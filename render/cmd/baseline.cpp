@@ -169,7 +169,7 @@ public:
         }
         result.reference = place.folder.string();
         result.candidate = file.string();
-        diff::write_review(before, after, settings, {comparing_.report, comparing_.pictures}, nullptr, result);
+        diff::write_review({before, after}, settings, {comparing_.report, comparing_.pictures}, nullptr, result);
         return result;
     }
 

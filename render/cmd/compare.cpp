@@ -227,9 +227,9 @@ void review_case(const Comparing& comparing, const diff::CasePaths& paths, diff:
     const CompareOptions& options = comparing.options;
     const diff::Source reference = diff::find_source(paths.reference);
     const diff::Source candidate = diff::find_source(paths.candidate);
-    diff::write_review(reference, candidate, comparing.settings, {options.report, options.pictures}, comparing.films, result);
+    diff::write_review({reference, candidate}, comparing.settings, {options.report, options.pictures}, comparing.films, result);
     if (comparing.films != nullptr) {
-        diff::write_side_by_side(reference, candidate, comparing.settings, *comparing.films, options.report, result);
+        diff::write_side_by_side({reference, candidate}, comparing.settings, *comparing.films, options.report, result);
     }
 }
 

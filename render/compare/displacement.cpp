@@ -267,25 +267,27 @@ std::vector<Area> find_areas(const DifferenceMap& map, int level) {
     const int columns = cell_count(map.width);
     const int rows = cell_count(map.height);
     std::vector<std::int32_t> is_open = count_in_cells(map.smooth, map.width, map.height, level);
+    std::vector<std::int32_t> cells; // of the area under way
+    const auto add_neighbours = [&](int x, int y) {
+        for (int row = std::max(y - 1, 0); row <= std::min(y + 1, rows - 1); ++row) {
+            for (int column = std::max(x - 1, 0); column <= std::min(x + 1, columns - 1); ++column) {
+                std::int32_t& next = is_open[static_cast<std::size_t>(row * columns + column)];
+                if (next != 0) {
+                    next = 0;
+                    cells.push_back(row * columns + column);
+                }
+            }
+        }
+    };
     std::vector<Area> areas;
     for (std::size_t start = 0; start < is_open.size(); ++start) {
         if (is_open[start] == 0) {
             continue;
         }
-        std::vector<std::int32_t> cells{static_cast<std::int32_t>(start)};
+        cells.assign(1, static_cast<std::int32_t>(start));
         is_open[start] = 0;
         for (std::size_t i = 0; i < cells.size(); ++i) {
-            const int x = cells[i] % columns;
-            const int y = cells[i] / columns;
-            for (int row = std::max(y - 1, 0); row <= std::min(y + 1, rows - 1); ++row) {
-                for (int column = std::max(x - 1, 0); column <= std::min(x + 1, columns - 1); ++column) {
-                    std::int32_t& next = is_open[static_cast<std::size_t>(row * columns + column)];
-                    if (next != 0) {
-                        next = 0;
-                        cells.push_back(row * columns + column);
-                    }
-                }
-            }
+            add_neighbours(cells[i] % columns, cells[i] / columns);
         }
         std::sort(cells.begin(), cells.end());
         areas.push_back(sum_of(std::move(cells), map, level));

@@ -16,22 +16,28 @@ namespace {
 /// Room above what known-good pairs have shown.
 constexpr double margin = 1.25;
 
+/// Largest value of a gate in all frames, with room above it; at least `least`.
+double proposed_limit(const Comparison& comparison, const std::string& gate_name, double least) {
+    double limit = least;
+    for (const Case& result : comparison.cases) {
+        for (const Frame& frame : result.frames) {
+            for (const Gate& gate : frame.gates) {
+                if (gate.name == gate_name) {
+                    limit = std::max(limit, std::ceil(100.0 * margin * gate.value) / 100.0);
+                }
+            }
+        }
+    }
+    return limit;
+}
+
 } // namespace
 
 std::string proposed_limits(const Comparison& comparison, const Limits& least) {
     nlohmann::ordered_json json;
     for (std::size_t i = 0; i < gate_count; ++i) {
         const auto id = static_cast<GateId>(i);
-        double limit = least[id].value;
-        for (const Case& result : comparison.cases) {
-            for (const Frame& frame : result.frames) {
-                for (const Gate& gate : frame.gates) {
-                    if (gate.name == name_of(id)) {
-                        limit = std::max(limit, std::ceil(100.0 * margin * gate.value) / 100.0);
-                    }
-                }
-            }
-        }
+        const double limit = proposed_limit(comparison, name_of(id), least[id].value);
         if (id != GateId::levels || limit < any_level) { // otherwise the gate is not asked for
             json[name_of(id)] = limit;
         }

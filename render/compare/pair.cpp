@@ -72,10 +72,16 @@ bool read_side(const std::optional<std::filesystem::path>& path, const PictureLi
     }
 }
 
-bool decode_side(const Bytes& bytes, const std::filesystem::path& path, const PictureLimits& accepted,
-                 ReaderMemory& memory, Picture& picture, Frame& frame) {
+/// A file that was read, and what it shows.
+struct Side {
+    const Bytes& bytes;
+    const std::filesystem::path& path;
+    Picture& picture;
+};
+
+bool decode_side(const Side& side, const PictureLimits& accepted, ReaderMemory& memory, Frame& frame) {
     try {
-        decode_picture(bytes, path.string(), accepted, picture, memory);
+        decode_picture(side.bytes, side.path.string(), accepted, side.picture, memory);
         return true;
     } catch (const sim::Error& error) {
         frame.status = Status::unreadable;
@@ -300,10 +306,8 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
         }
         return;
     }
-    const bool is_whole_a = has_a && decode_side(memory.file_a, *paths.reference, settings.accepted,
-                                                 memory.reader, memory.a, frame);
-    const bool is_whole_b = has_b && decode_side(memory.file_b, *paths.candidate, settings.accepted,
-                                                 memory.reader, memory.b, frame);
+    const bool is_whole_a = has_a && decode_side({memory.file_a, *paths.reference, memory.a}, settings.accepted, memory.reader, frame);
+    const bool is_whole_b = has_b && decode_side({memory.file_b, *paths.candidate, memory.b}, settings.accepted, memory.reader, frame);
     if (settings.takes_thumbnails) {
         memory.thumbnail_a = is_whole_a ? std::optional(thumbnail_of(memory.a)) : std::nullopt;
         memory.thumbnail_b = is_whole_b ? std::optional(thumbnail_of(memory.b)) : std::nullopt;

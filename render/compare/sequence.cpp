@@ -394,8 +394,10 @@ Case compare_sources(const std::string& name, const Source& reference, const Sou
     return result;
 }
 
-void write_review(const Source& reference, const Source& candidate, const Settings& settings,
-                  const ReviewSettings& review, const FilmTools* films, Case& result) {
+void write_review(const Sides& sides, const Settings& settings, const ReviewSettings& review, const FilmTools* films,
+                  Case& result) {
+    const Source& reference = sides.reference;
+    const Source& candidate = sides.candidate;
     const std::vector<bool> chosen = chosen_frames(result, review.most_frames);
     if (std::find(chosen.begin(), chosen.end(), true) == chosen.end()) {
         return;

@@ -20,6 +20,12 @@ struct Settings {
 
 inline constexpr std::size_t default_pictures = 16;
 
+/// What is compared.
+struct Sides {
+    const Source& reference;
+    const Source& candidate;
+};
+
 /// Where pictures for review go.
 struct ReviewSettings {
     std::filesystem::path folder;              ///< of the report; exists
@@ -32,7 +38,7 @@ Case compare_sources(const std::string& name, const Source& reference, const Sou
                      const Settings& settings, const FilmTools* films);
 
 /// Writes pictures for review of what is not identical, and enters their paths. Throws Error (io).
-void write_review(const Source& reference, const Source& candidate, const Settings& settings,
+void write_review(const Sides& sides, const Settings& settings,
                   const ReviewSettings& review, const FilmTools* films, Case& result);
 
 /// Calls use(memory, has_a, has_b, frame) for all pairs in order, with their pictures in memory.a and memory.b and

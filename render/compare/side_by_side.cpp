@@ -99,8 +99,10 @@ private:
 
 } // namespace
 
-void write_side_by_side(const Source& reference, const Source& candidate, const Settings& settings,
-                        const FilmTools& films, const std::filesystem::path& folder, Case& result) {
+void write_side_by_side(const Sides& sides, const Settings& settings, const FilmTools& films,
+                        const std::filesystem::path& folder, Case& result) {
+    const Source& reference = sides.reference;
+    const Source& candidate = sides.candidate;
     if (!result.is_sequence || (result.status == Status::compared && result.tier == Tier::identical)) {
         return;
     }

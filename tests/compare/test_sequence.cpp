@@ -160,7 +160,7 @@ TEST_F(sequence, missing_extra_unreadable_and_resized_frames_each_have_their_sta
 
     // Something to look at in each case.
     diff::Case reviewed = c;
-    diff::write_review(diff::find_source(folder / "a"), diff::find_source(folder / "b"), settings,
+    diff::write_review({diff::find_source(folder / "a"), diff::find_source(folder / "b")}, settings,
                        {.folder = folder}, nullptr, reviewed);
     EXPECT_TRUE(fs::exists(folder / reviewed.frames[0].candidate_picture));
     EXPECT_TRUE(fs::exists(folder / reviewed.frames[1].reference_picture));
@@ -368,7 +368,7 @@ TEST_F(sequence, reports_hold_the_numbers_and_list_every_file) {
     diff::Comparison comparison;
     comparison.cases.push_back(compared());
     comparison.cases[0].reference = "<a> & \"b\"";
-    diff::write_review(diff::find_source(folder / "a"), diff::find_source(folder / "b"), settings, {.folder = folder},
+    diff::write_review({diff::find_source(folder / "a"), diff::find_source(folder / "b")}, settings, {.folder = folder},
                        nullptr, comparison.cases[0]);
     diff::sum_up(comparison);
     diff::write_report(folder, comparison);
