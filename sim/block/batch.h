@@ -63,7 +63,7 @@ struct BlockBatch {
     /// t0; 1 (the velocity after) in a collision, where sticking and sliding are then one law.
     Lanes node_weight;
     Lanes k_t;            ///< [1/kg] largest eigenvalue of K_tt over the points
-    Lanes seen_a, seen_b; ///< activity when last solved; negative: never
+    Lanes seen_a, seen_b; ///< activity of the bodies at the last visit; seen_a negative: to be visited again
     Lanes change;         ///< [m/s] largest of a velocity at its points, by the last visit
 };
 

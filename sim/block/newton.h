@@ -24,8 +24,8 @@ struct Island {
     bool is_small = false;   ///< a factorisation is cheaper than the sweeps that it saves
     double compliance = 0.0; ///< [-] see IslandNewton::step(); 0: none was tried
     bool resists = false;    ///< no step helps: left to sweeps
-    int pause = 0;           ///< [-] occasions to be left out: doubled by each step that brought little
-    int waiting = 0;         ///< [-] of them still to come
+    int pause = 0;           ///< [-] turns to leave out: doubled by each step that brought little
+    int waiting = 0;         ///< [-] turns still to be left out
     double change = 0.0;     ///< [m/s] largest of a visit before the last step
     std::vector<Velocity> velocity; ///< [bodies] then
     std::vector<Vec3> impulses;     ///< then, of all points of its blocks: p_t, p_n [N s]
@@ -35,8 +35,8 @@ class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction
     /// is held. rows: bodies as the interval begins [body_count].
-    /// island.compliance: of an equation, as a share [-] of the response that its block would have if the heaviest body of
-    /// the island were its lighter one: nothing gives way under a heavy load. Where blocks ask for more than rigid bodies
+    /// island.compliance: added to the diagonal of each equation, as a share [-] of the response that its block would have
+    /// with the island's heaviest body in place of its lighter one: light bodies do not sink under a heavy one. Where blocks ask for more than rigid bodies
     /// can do, a step throws loads by about the inverse of that share.
     void step(Blocks& loop, const Island& island, std::span<const BodyRows> rows, std::span<Velocity> velocity);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// One block in each lane, solved with all others held: eq. 1 to 6 for all points of the block at once.
+/// One block in each lane, solved with all others held: eq. 1 to 5 for all points of the block at once.
 /// Included by block_kernel.cpp only, once for each instruction set.
 #include "sim/block/lane_twist.h"
 
@@ -71,7 +71,7 @@ struct Gram {
 };
 
 /// Directions (y, -x) in which the rows of a block's points spread about their centroid, and the inverse of their Gram matrix
-/// m there: as they are where the points span a plane; along the line and across it where they lie on one; none of a point.
+/// m there. Points that span a plane: the axes; points on a line: along it and across; one point: none.
 struct RowBasis {
     Mask spread, plane;
     Real b11, b12, b21, b22; ///< columns: the directions
@@ -452,7 +452,7 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_
     }
 }
 
-/// Friction impulses for the present normal impulses (eq. 4-6 for the block).
+/// Friction impulses for the present normal impulses (eq. 4 and 5 for the block).
 template <int N>
 LANES_INLINE void Visit<N>::solve_friction() {
     const Real zero = real(0.0);

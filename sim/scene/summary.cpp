@@ -15,14 +15,11 @@ namespace sim {
 namespace {
 
 /// Names of the alternatives of Shape, in its order, singular and plural.
-constexpr std::array<std::array<const char*, 2>, std::variant_size_v<Shape>> shape_names{
-    {{"plane", "planes"},
-     {"box", "boxes"},
-     {"sphere", "spheres"},
-     {"cylinder", "cylinders"},
-     {"capsule", "capsules"},
-     {"hull", "hulls"},
-     {"compound", "compounds"}}};
+constexpr std::array shape_names{std::array{"plane", "planes"},       std::array{"box", "boxes"},
+                                 std::array{"sphere", "spheres"},     std::array{"cylinder", "cylinders"},
+                                 std::array{"capsule", "capsules"},   std::array{"hull", "hulls"},
+                                 std::array{"compound", "compounds"}};
+static_assert(shape_names.size() == std::variant_size_v<Shape>);
 
 std::string joined(const std::vector<std::string>& parts) {
     return fmt::format("{}", fmt::join(parts, ", "));

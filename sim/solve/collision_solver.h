@@ -21,16 +21,16 @@ struct CollisionReport {
     int passes = 0;
     int iterations = 0;          ///< sweeps
     double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
-    /// Did the last pass, with no contact left that collides? What another leaves undone, the next one mends.
+    /// The last pass converged, and no contact is left that collides. What an earlier pass left undone the next one mends.
     bool converged = true;
     Unsettled unsettled; ///< if it did not
     std::vector<char> touched; ///< [body_count] 1: its velocity may have changed
 };
 
-/// Resolves collisions in passes: a pass contains only the contacts that are collisions when it starts, and
-/// passes repeat until none is one, or their limit is reached, which is reported.
+/// Resolves collisions in passes: a pass contains the contacts that are collisions when it starts, later ones what touches
+/// their bodies too, and passes repeat until none is one, or their limit is reached, which is reported.
 ///
-/// A contact is a collision if it touches (gap <= touch_gap()) and approaches faster than the resting
+/// A contact is a collision if it touches (gap <= touch_gap(), or simultaneous_gap, or at once) and approaches faster than the resting
 /// threshold, or if, placed ahead of its impact, it took away such an approach in the last step. With
 /// Newton's law and friction an oblique impact may gain energy; such a pass is taken back towards the plastic
 /// impact (e = 0) until it does not.

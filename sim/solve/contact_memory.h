@@ -20,7 +20,7 @@ struct alignas(64) ContactMemory {
     double mark = 0.0;           ///< 1: it sticks (eq. 6)
 
     bool is_sticking() const { return mark > 0.5; }
-    /// Share [-] of the impulses that the velocities before the next impulses still lack.
+    /// Share [-] of the impulses that acts after the instant (the half kick): velocities stored before the next impulses lack it.
     double owed() const { return interval > 0.0 ? force_share * 0.5 * last_interval / interval : 0.0; }
 };
 
@@ -36,10 +36,10 @@ struct PairContacts {
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
 };
 
-/// Pairs for whose contacts is asked ahead of their turn, by trial with the funnel: they lie anywhere in memory.
+/// So many pairs ahead the contacts are prefetched, by trial with the funnel: they lie anywhere in memory.
 inline constexpr std::size_t prefetch_pairs = 3;
 
-/// Asks for `size` bytes from `from` on.
+/// Prefetches `size` bytes from `from` on.
 inline void prefetch(const void* from, std::size_t size) {
     constexpr std::size_t cache_line = 64; // bytes
     for (std::size_t at = 0; at < size; at += cache_line) {

@@ -42,9 +42,9 @@ constexpr double largest_stretch = 100.0;
 constexpr double largest_growth = 2.0;
 
 /// Gaps in the soft band are closed by this share [-] of them a step; more slowly where the tolerance is loose: sweeps
-/// that take away the share s of an error in velocity, from impulses that each step starts from whole, act on a heap as
-/// a damper s, a spring s and the integral of a spring, s times gap_relaxation; that comes to rest only where
-/// gap_relaxation < s (Routh), and the slowest motion of a tower of 20 solved by a few sweeps a step has s = 0.01 or less.
+/// that take away the share s of an error in velocity, from impulses that each step starts from whole, act on the error x of a
+/// heap's gaps like x''' + s x'' + s x' + s r x = 0 (time in steps, r = gap_relaxation), which comes to rest only where
+/// r < s (Routh); the slowest motion of a tower of 20 solved by a few sweeps a step has s = 0.01 or less.
 constexpr double gap_relaxation = 0.1; // at it towers come to rest with tight tolerances
 constexpr double loose_gap_relaxation = 0.003;
 constexpr double tight_velocity_tolerance = 5e-5; ///< [m/s] up to here a tolerance is not loose

@@ -10,7 +10,7 @@ namespace sim {
 
 /// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
 /// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
-/// then; the check after the move sees what that leaves.
+/// then; the check of the planned poses sees what that leaves.
 inline constexpr double wander_share = 0.02;
 
 /// Keeps its arrays between steps.

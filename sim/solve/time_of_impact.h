@@ -1,6 +1,6 @@
 #pragma once
-/// When contacts that do not touch yet will, within a step (impacts = "stop"). Repair::overlap_time() finds it for bodies
-/// that have no contact yet.
+/// When contacts that do not touch yet will, within a step (impacts = "stop"). Repair::overlap_time() finds it for
+/// bodies that are apart and will overlap, by their shapes.
 #include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"
 

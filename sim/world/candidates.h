@@ -30,8 +30,8 @@ public:
     /// Those of the next step, at the present poses.
     void find();
 
-    /// And those of bodies that impulses throw farther than their velocity before told: from the present poses to `planned`
-    /// within `interval` [s]. solved: bodies that impulses move.
+    /// And those of bodies that the planned impulses move beyond the reach estimated from their velocities: from the present
+    /// poses to `planned` within `interval` [s]. solved: bodies that impulses move.
     void find_thrown(std::span<const std::size_t> solved, std::span<const Pose> planned, double interval);
 
     /// The bodies have moved over `interval` [s].

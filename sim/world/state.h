@@ -34,7 +34,7 @@ private:
 /// The state at one instant, and the impulses already found that carry it over the next interval.
 ///
 /// An instant holds the velocity before its resting impulses, `bodies.velocity`, and after them,
-/// solver.velocity(). The velocity *at* the instant lies between them (Verlet): that is what a snapshot
+/// contact_solver.velocity(). The velocity *at* the instant lies between them (Verlet): that is what a snapshot
 /// reports, so positions and velocities are both second order without another solve.
 struct WorldState {
     /// As the scene's text has it: begin() or resume() is next.

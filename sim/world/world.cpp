@@ -44,7 +44,7 @@ constexpr double simultaneous_share = 0.1;
 constexpr double first_tolerance = 1e-7;
 constexpr int first_limit = 2000;
 
-/// Rounds of check and repair after the move before the step is divided.
+/// Rounds of solve, check of the planned poses and repair before the step is divided.
 constexpr int repair_limit = 8;
 
 /// At t = 0. Behind those of the scene the world, for joints that hold a body in it; the search does not see it.
@@ -360,7 +360,7 @@ bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
     return plan_interval(report);
 }
 
-/// One solve over `interval`, checked on the geometry after the move. Returns false if it did not converge.
+/// One solve over `interval`, checked by the shapes at the planned poses. Returns false if it did not converge.
 bool WorldState::plan_interval(StepReport& report) {
     StepSettings used = settings;
     used.impacts = stops_at_impacts() ? ImpactHandling::stop : ImpactHandling::ahead;

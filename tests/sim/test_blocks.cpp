@@ -193,7 +193,7 @@ TEST(blocks, friction_stops_a_small_slip) {
     const Vec6 twist = cube.frame().relative_twist(cube.bodies.velocity);
     for (const LanePoint& point : cube.points()) {
         EXPECT_LE(point.tangential_velocity(twist).norm(), 1e-10);
-        EXPECT_LE(point.p_t.norm(), 0.5 * point.p_n * (1.0 + block_rounding)); // eq. 6
+        EXPECT_LE(point.p_t.norm(), 0.5 * point.p_n * (1.0 + block_rounding)); // the cone
     }
 }
 
