@@ -1,4 +1,4 @@
-#include "render/cmd/slurm.h"
+#include "render/cmd/slurm_jobs.h"
 
 #include "render/cmd/interrupt.h"
 #include "render/cmd/progress.h"
@@ -8,7 +8,6 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -18,7 +17,6 @@
 #include <map>
 #include <optional>
 #include <sstream>
-#include <sys/wait.h>
 #include <thread>
 
 namespace cmd {
@@ -36,233 +34,6 @@ using Clock = std::chrono::steady_clock;
 constexpr auto question_interval = 2s;
 // So long without an answer, and the controller counts as gone. What is done on disk is seen meanwhile.
 constexpr auto most_silence = 10min;
-// Ends a question that gets no answer [s].
-constexpr int question_limit = 20;
-
-struct Outcome {
-    int code = -1;
-    std::string text; ///< all that was printed
-};
-
-Outcome run_command(const std::string& command) {
-    Outcome outcome;
-    FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-    if (pipe == nullptr) {
-        return outcome;
-    }
-    char buffer[4096];
-    for (std::size_t read = 0; (read = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) {
-        outcome.text.append(buffer, read);
-    }
-    const int status = pclose(pipe);
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return outcome;
-}
-
-Outcome ask(const std::string& command) {
-    return run_command(fmt::format("timeout {} {}", question_limit, command));
-}
-
-/// Lines as one, separated by semicolons.
-std::string one_line(std::string text) {
-    while (!text.empty() && text.back() == '\n') {
-        text.pop_back();
-    }
-    for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos;) {
-        text.replace(at, 1, "; ");
-    }
-    return text;
-}
-
-struct SlurmJob {
-    const Batch* batch = nullptr;
-    const BatchStage* stage = nullptr;
-    std::string id{};     ///< Slurm's number; of an array: of all its tasks
-    bool is_ours = false; ///< submitted by this run of the program, not an earlier one
-};
-
-fs::path scripts_of(const Batch& batch) {
-    return batch.folder / "slurm";
-}
-
-/// "draw-3" of an array, "join".
-std::string task_name(const BatchStage& stage, int number) {
-    return stage.count > 1 ? fmt::format("{}-{}", stage.name, number) : stage.name;
-}
-
-/// A path in which Slurm replaces nothing.
-std::string without_patterns(std::string path) {
-    for (std::size_t at = 0; (at = path.find('%', at)) != std::string::npos; at += 2) {
-        path.insert(at, 1, '%');
-    }
-    return path;
-}
-
-std::string script_text(const Batch& batch, const BatchStage& stage) {
-    const bool is_array = stage.count > 1;
-    const fs::path folder = scripts_of(batch);
-    const std::string log =
-        without_patterns(folder.string()) + "/" + stage.name + (is_array ? "-%a.log" : ".log");
-    return fmt::format(R"(#!/bin/sh
-#SBATCH --job-name={name}
-#SBATCH --chdir={here}
-#SBATCH --output={log}
-#SBATCH --ntasks=1
-#SBATCH --requeue
-# By hand: cd {here} && sh {folder}/{stage}.sh{number}
-n=${{SLURM_ARRAY_TASK_ID:-${{1:-0}}}}
-cores=${{SLURM_CPUS_ON_NODE:-$(nproc)}}
-if ! cd {here} || [ ! -d {folder} ]; then
-    echo "tumble: ${{SLURMD_NODENAME:-$(hostname)}} does not see" {all} "expected a folder that all nodes share" >&2
-    exit 3
-fi
-rm -f {folder}/"{task}.exit"
-(
-set -e
-{commands})
-code=$?
-[ $code = 130 ] || echo $code >{folder}/"{task}.exit" # ended from outside: no code of its own
-exit $code
-)",
-                       fmt::arg("name", shell_word(batch.name + "-" + stage.name)),
-                       fmt::arg("here", shell_word(fs::current_path().string())),
-                       fmt::arg("log", shell_word(log)), fmt::arg("folder", shell_word(folder.string())),
-                       fmt::arg("stage", stage.name), fmt::arg("number", is_array ? " NUMBER" : ""),
-                       fmt::arg("all", shell_word(fs::absolute(folder).string() + ",")),
-                       fmt::arg("task", is_array ? stage.name + "-$n" : stage.name),
-                       fmt::arg("commands", stage.commands));
-}
-
-/// Submits the stages one after the other, and writes their numbers to `jobs`.
-std::string submit_text(const Batch& batch, const Placement& placement) {
-    std::string text = fmt::format("#!/bin/sh\n# Submits what was missing when this was written. By hand: cd "
-                                   "{} && sh {}\nset -e\njobs={}\n: >\"$jobs\"\n",
-                                   shell_word(fs::current_path().string()),
-                                   shell_word((scripts_of(batch) / "submit.sh").string()),
-                                   shell_word((scripts_of(batch) / "jobs").string()));
-    std::string after;
-    for (const BatchStage& stage : batch.stages) {
-        if (stage.missing.empty()) {
-            continue;
-        }
-        const std::string array =
-            stage.count > 1 ? fmt::format(" --array={}", fmt::join(stage.missing, ",")) : std::string();
-        text += fmt::format("id=$(sbatch --parsable{}{}{}{} {})\necho \"{} ${{id%%;*}}\" >>\"$jobs\"\n",
-                            placement.slurm.empty() ? "" : " ", placement.slurm, array, after,
-                            shell_word((scripts_of(batch) / (stage.name + ".sh")).string()), stage.name);
-        after = " --dependency=afterok:\"${id%%;*}\" --kill-on-invalid-dep=yes";
-    }
-    return text;
-}
-
-std::vector<SlurmJob> read_jobs(const Batch& batch) {
-    std::vector<SlurmJob> jobs;
-    const fs::path path = scripts_of(batch) / "jobs";
-    if (!fs::exists(path)) {
-        return jobs;
-    }
-    std::istringstream lines(sim::read_text_file(path));
-    for (std::string name, id; lines >> name >> id;) {
-        for (const BatchStage& stage : batch.stages) {
-            if (stage.name == name) {
-                jobs.push_back({&batch, &stage, id});
-            }
-        }
-    }
-    return jobs;
-}
-
-/// What Slurm says of our tasks that have not ended.
-struct Queue {
-    std::map<std::string, std::string> held{}; ///< tasks that will never start, "13_2", and why
-    std::map<std::string, int> tasks{};        ///< by the number of the job
-    std::map<std::string, int> pending{};      ///< of these
-};
-
-/// None if the controller does not answer; said: what squeue says.
-std::optional<Queue> read_queue(std::string& said) {
-    const Outcome outcome = ask("squeue --me --noheader --array --format='%F %K %t %r'");
-    said = one_line(outcome.text);
-    if (outcome.code != 0) {
-        return std::nullopt;
-    }
-    Queue queue;
-    std::istringstream lines(outcome.text);
-    for (std::string line; std::getline(lines, line);) {
-        std::istringstream words(line);
-        std::string id, number, state, reason;
-        words >> id >> number >> state;
-        std::getline(words >> std::ws, reason);
-        ++queue.tasks[id];
-        if (state == "PD") {
-            ++queue.pending[id];
-            std::replace(reason.begin(), reason.end(), '_', ' ');
-            if (reason.find("requeued held") != std::string::npos) {
-                queue.held[number == "N/A" ? id : id + "_" + number] = reason;
-            }
-        }
-    }
-    return queue;
-}
-
-/// Only our jobs of it.
-bool is_any_queued(const std::vector<SlurmJob>& jobs, const Queue& queue) {
-    return std::any_of(jobs.begin(), jobs.end(),
-                       [&](const SlurmJob& job) { return queue.tasks.contains(job.id); });
-}
-
-std::string ids_of(const std::vector<SlurmJob>& jobs) {
-    std::string text;
-    for (const SlurmJob& job : jobs) {
-        text += (text.empty() ? "" : " ") + job.id;
-    }
-    return text;
-}
-
-/// Those that this run of the program has submitted; returns them.
-std::vector<SlurmJob> cancel(std::vector<SlurmJob> jobs) {
-    std::erase_if(jobs, [](const SlurmJob& job) { return !job.is_ours; });
-    if (!jobs.empty()) {
-        ask("scancel " + ids_of(jobs));
-    }
-    return jobs;
-}
-
-/// Writes the scripts and submits them. Throws Error (io) with what sbatch says; nothing of it is left
-/// submitted.
-std::vector<SlurmJob> submit(const Batch& batch, const Placement& placement) {
-    const fs::path folder = scripts_of(batch);
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) {
-        throw Error(ExitCode::io,
-                    fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
-    }
-    bool is_anything_missing = false;
-    for (const BatchStage& stage : batch.stages) {
-        sim::write_file(folder / (stage.name + ".sh"), script_text(batch, stage));
-        is_anything_missing = is_anything_missing || !stage.missing.empty();
-        for (const int number : stage.missing) {
-            fs::remove(folder / (task_name(stage, number) + ".exit"), error);
-            fs::remove(folder / (task_name(stage, number) + ".log"), error);
-        }
-    }
-    if (!is_anything_missing) {
-        return {};
-    }
-    sim::write_file(folder / "submit.sh", submit_text(batch, placement));
-    const Outcome outcome = run_command("sh " + shell_word((folder / "submit.sh").string()));
-    std::vector<SlurmJob> jobs = read_jobs(batch);
-    for (SlurmJob& job : jobs) {
-        job.is_ours = true;
-    }
-    if (outcome.code != 0) {
-        cancel(jobs);
-        throw Error(ExitCode::io, fmt::format("Slurm refuses {}: {}", batch.name, one_line(outcome.text)));
-    }
-    return jobs;
-}
-
 /// What a log says in its last line of ours, or in its last line.
 std::string last_message(const fs::path& log) {
     std::error_code error;
@@ -292,7 +63,7 @@ std::string fate_of(const SlurmJob& job, int number, const Unstarted& unstarted)
         return fmt::format("{}: a node could not start it, which must see {}", found->second,
                            fs::absolute(scripts_of(*job.batch)).string());
     }
-    std::istringstream words(ask("scontrol --oneliner show job " + id).text);
+    std::istringstream words(ask_slurm("scontrol --oneliner show job " + id));
     std::string state, node;
     for (std::string word; words >> word;) {
         if (word.starts_with("JobState=")) {
@@ -374,7 +145,7 @@ void cancel_held(const std::vector<SlurmJob>& jobs, const Queue& queue, Unstarte
         };
         if (std::any_of(jobs.begin(), jobs.end(), is_its)) {
             unstarted[id] = reason;
-            ask("scancel " + id);
+            ask_slurm("scancel " + id);
         }
     }
 }
@@ -437,24 +208,6 @@ private:
     void (*before_)(int);
 };
 
-/// Those of the batch that are in the queue already. Throws Error (usage) if they are of other scripts.
-std::vector<SlurmJob> jobs_under_way(const Batch& batch, const Queue& queue) {
-    std::vector<SlurmJob> jobs = read_jobs(batch);
-    if (!is_any_queued(jobs, queue)) {
-        return {};
-    }
-    for (const BatchStage& stage : batch.stages) {
-        const fs::path path = scripts_of(batch) / (stage.name + ".sh");
-        if (!fs::exists(path) || sim::read_text_file(path) != script_text(batch, stage)) {
-            throw Error(
-                ExitCode::usage,
-                fmt::format("jobs of another command are under way in {}: wait for them, or scancel {}",
-                            batch.folder.string(), ids_of(jobs)));
-        }
-    }
-    return jobs;
-}
-
 } // namespace
 
 void add_placement_options(CLI::App& verb, Placement& placement) {
@@ -516,7 +269,7 @@ std::string program_word() {
 
 bool run_batches(const std::vector<Batch>& batches, const Placement& placement, const Watched& watched) {
     const Patience patience;
-    if (run_command("command -v sbatch").code != 0) {
+    if (!has_slurm()) {
         throw Error(ExitCode::io,
                     "--on slurm: there is no sbatch on this machine, expected Slurm's commands (Debian: "
                     "slurm-client) and a cluster");

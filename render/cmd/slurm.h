@@ -1,5 +1,5 @@
 #pragma once
-/// The one place that knows Slurm: batch scripts beside the results, jobs of them, and what became of these.
+/// Work given to Slurm: batch scripts beside the results, their jobs (slurm_jobs.h), and what became of these.
 #include "render/cmd/progress.h"
 
 #include <cstdint>

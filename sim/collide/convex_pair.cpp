@@ -33,9 +33,6 @@ constexpr double parallel = 1e-5;
 /// step the contact may pass from the edges to the faces' corners.
 constexpr double nearly_flat = 0.998;
 
-/// Contacts that one face keeps: with a crossing of edges they fill a block.
-constexpr std::size_t most_contacts = 8;
-
 /// Cores nearer than this share [-] of the sizes tell no direction.
 constexpr double same_point = 1e-6;
 
@@ -297,35 +294,6 @@ Contact foot_contact(const Ground& ground, const Convex& convex, const Foot& foo
     contact.at = ground.is_a ? contact_geometry(f, ground.world_from_body, convex.world_from_body)
                              : contact_geometry(f, convex.world_from_body, ground.world_from_body);
     return contact;
-}
-
-/// Of more contacts than a block holds: the lowest, and those farthest out.
-void keep_outermost(std::vector<Contact>& contacts, std::size_t first) {
-    if (contacts.size() - first <= most_contacts) {
-        return;
-    }
-    const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
-    const Vec3 n = begin->at.n;
-    const Vec3 t = n.unitOrthogonal();
-    const Vec3 s = n.cross(t);
-    std::vector<char> keep(contacts.size() - first, 0);
-    const auto mark = [&](const auto& value) {
-        const auto best = std::ranges::max_element(begin, contacts.end(), {}, value);
-        keep[static_cast<std::size_t>(best - begin)] = 1;
-    };
-    mark([](const Contact& c) { return -c.at.gap; });
-    for (std::size_t k = 0; k + 1 < most_contacts; ++k) {
-        const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / (most_contacts - 1);
-        const Vec3 outwards = std::cos(angle) * t + std::sin(angle) * s;
-        mark([&](const Contact& c) { return outwards.dot(c.at.a); });
-    }
-    std::size_t next = first;
-    for (std::size_t i = 0; i < keep.size(); ++i) {
-        if (keep[i] != 0) {
-            contacts[next++] = contacts[first + i];
-        }
-    }
-    contacts.resize(next);
 }
 
 /// All feet of a body on a ground with gap <= margin. least [m]: gaps below it are raised to it (see allowance).

@@ -1,5 +1,9 @@
 #include "sim/collide/manifold.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 namespace sim {
 namespace {
 
@@ -13,6 +17,9 @@ Vec3 direction_or(const Vec3& d, const Vec3& fallback) {
 Vec3 nearest_on_line(const Vec3& point, const Vec3& direction, const Vec3& to) {
     return point + direction * direction.dot(to - point);
 }
+
+/// Contacts that one face keeps: with a crossing of edges they fill a block.
+constexpr std::size_t most_contacts = 8;
 
 } // namespace
 
@@ -77,6 +84,34 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody
     g.a = core_a - feature.radius_a * g.n;
     g.b = g.a - g.gap * g.n;
     return g;
+}
+
+void keep_outermost(std::vector<Contact>& contacts, std::size_t first) {
+    if (contacts.size() - first <= most_contacts) {
+        return;
+    }
+    const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+    const Vec3 n = begin->at.n;
+    const Vec3 t = n.unitOrthogonal();
+    const Vec3 s = n.cross(t);
+    std::vector<char> keep(contacts.size() - first, 0);
+    const auto mark = [&](const auto& value) {
+        const auto best = std::ranges::max_element(begin, contacts.end(), {}, value);
+        keep[static_cast<std::size_t>(best - begin)] = 1;
+    };
+    mark([](const Contact& c) { return -c.at.gap; });
+    for (std::size_t k = 0; k + 1 < most_contacts; ++k) {
+        const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / (most_contacts - 1);
+        const Vec3 outwards = std::cos(angle) * t + std::sin(angle) * s;
+        mark([&](const Contact& c) { return outwards.dot(c.at.a); });
+    }
+    std::size_t next = first;
+    for (std::size_t i = 0; i < keep.size(); ++i) {
+        if (keep[i] != 0) {
+            contacts[next++] = contacts[first + i];
+        }
+    }
+    contacts.resize(next);
 }
 
 } // namespace sim

@@ -91,4 +91,7 @@ struct ContactList {
     std::vector<Contact>& contacts; ///< appended to
 };
 
+/// Of more contacts from number `first` on than a block holds: keeps the lowest, and those farthest out.
+void keep_outermost(std::vector<Contact>& contacts, std::size_t first);
+
 } // namespace sim
