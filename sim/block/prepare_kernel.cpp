@@ -34,10 +34,9 @@ LANES_INLINE void set_masses(BlockBatch& batch, Mask there, const Real* a, const
 /// Masses, centre, frame and points of the blocks of a batch.
 LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, BatchPoint* points) {
     const Real zero = real(0.0);
-    const Real one = real(1.0);
     Real3 on_a[block_size];
     Real gap[block_size];
-    Real3 n{zero, zero, one};
+    Real3 n{zero, zero, real(1.0)};
     Real count = zero;
     Real3 mean{zero, zero, zero};
     for (int k = 0; k < batch.count; ++k) {
@@ -53,7 +52,7 @@ LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, 
         count += here;
         mean = mean + here * on_a[k];
     }
-    mean = (1.0 / max(count, one)) * mean;
+    mean = (1.0 / max(count, real(1.0))) * mean;
     // The plane in which the impulses act is that of the contact that touches first; others are still apart.
     Real nearest_gap = gap[0];
     Real3 nearest = on_a[0];
@@ -79,20 +78,18 @@ LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, 
     store3(batch.before, {before.u.x, before.u.y, before.w.z});
     set_masses(batch, lanes_of(points[0].there), a, b);
     store(batch.sticking, zero);
-    store(batch.node_weight, one);
+    store(batch.node_weight, real(1.0));
     for (int k = 0; k < batch.count; ++k) {
         BatchPoint& point = points[k];
         const Mask there = lanes_of(point.there);
-        const Real here = flag(there);
-        store(point.x, here * dot(t1, on_a[k] - mean));
-        store(point.y, here * dot(t2, on_a[k] - mean));
+        store(point.x, flag(there) * dot(t1, on_a[k] - mean));
+        store(point.y, flag(there) * dot(t2, on_a[k] - mean));
         store(point.gap, gap[k]);
         store(point.height, dot(n, on_a[k] - nearest));
         store(point.u_n_target, select(there, zero, real(no_point)));
-        store(point.p_n, zero);
-        for (int t = 0; t < 2; ++t) {
-            store(point.u_t_target[t], zero);
-            store(point.p_t[t], zero);
+        Lanes* const at_zero[] = {&point.u_t_target[0], &point.u_t_target[1], &point.p_n, &point.p_t[0], &point.p_t[1]};
+        for (Lanes* value : at_zero) {
+            store(*value, zero);
         }
     }
 }
