@@ -75,8 +75,7 @@ constexpr int outer_limit = 12;
 
 void ContactSolver::set_rules(const StepSettings& settings, double h) {
     settings_ = settings;
-    h_ = h;
-    step_share_ = std::min(h / settings.time_step.value(), 1.0);
+    const double step_share = std::min(h / settings.time_step.value(), 1.0);
     iteration_tolerance_ = std::min(iteration_share * settings.tolerance / h, settings.velocity_tolerance);
     const double relaxation = gap_relaxation * std::clamp(tight_velocity_tolerance / iteration_tolerance_,
                                                           loose_gap_relaxation / gap_relaxation, 1.0);
@@ -85,7 +84,7 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
               .tolerance = settings.tolerance,
               .band = soft_band * settings.tolerance,
               .relaxation = relaxation,
-              .step_share = step_share_,
+              .step_share = step_share,
               .velocity_tolerance = settings.velocity_tolerance,
               .largest_stretch = largest_stretch,
               .largest_growth = largest_growth,
@@ -159,14 +158,14 @@ void ContactSolver::scale_warm_start(const Bodies& bodies, const std::vector<Pai
 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
 double ContactSolver::part_of(double tolerance) const {
-    return std::min(std::max(step_share_ * tolerance, gap_rounding), tolerance);
+    return std::min(std::max(rules_.step_share * tolerance, gap_rounding), tolerance);
 }
 
 /// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than the tolerance. Returns
 /// their number.
 int ContactSolver::iterate(int budget, bool& converged) {
     const double tolerance = iteration_tolerance_;
-    const double joint_tolerance = part_of(settings_.joint_tolerance) / h_;
+    const double joint_tolerance = part_of(settings_.joint_tolerance) / rules_.h;
     const bool has_joints = !joints_.empty();
     int count = 0;
     double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
@@ -183,7 +182,7 @@ int ContactSolver::iterate(int budget, bool& converged) {
             ++settling_;
             converged = false;
         }
-        converged = converged || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / h_);
+        converged = converged || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
         converged = converged && (contacts_.loop.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
     }
     return count;
@@ -201,7 +200,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         const double residual_before = report.residual;
         report.residual = outer == 0 ? measure.all() : measure.again(measured_);
         report.joint_residual =
-            joints_.empty() ? 0.0 : joints_.target_closed(joints, to_.pose, to_.velocity, h_, step_share_);
+            joints_.empty() ? 0.0 : joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
         if (outer > 0 && report.residual <= accepted_share * gap_tolerance &&
             report.joint_residual <= joint_tolerance) {
             break;
@@ -233,8 +232,8 @@ void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContact
     has_doubtful_memory_ = !converged_;
     joints_.store_impulses(joints);
     for (std::size_t i = 0; i < joints.size(); ++i) {
-        joints[i].memory.owed = 0.5 * h_ / impulse_interval(joint_weight_[i], h_);
-        joints[i].memory.last_interval = h_;
+        joints[i].memory.owed = 0.5 * rules_.h / impulse_interval(joint_weight_[i], rules_.h);
+        joints[i].memory.last_interval = rules_.h;
     }
     contacts_.store(bodies, pairs, to_.velocity);
 }
@@ -249,7 +248,7 @@ std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bod
 double ContactSolver::joint_rate(const Bodies& bodies) {
     std::vector<double> interval;
     for (const double weight : joint_weight_) {
-        interval.push_back(impulse_interval(weight, h_));
+        interval.push_back(impulse_interval(weight, rules_.h));
     }
     return joints_.fastest_rate(bodies, interval);
 }

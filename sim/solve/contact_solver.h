@@ -79,8 +79,6 @@ private:
 
     StepSettings settings_;
     RestRules rules_;
-    double h_ = 0.0;
-    double step_share_ = 1.0;          ///< h_ as a share of a whole step [-]
     double iteration_tolerance_ = 0.0; ///< [m/s]
     int settling_ = 0;                 ///< sweeps beyond the tolerance in this solve
     RestingContacts contacts_;

@@ -37,7 +37,7 @@ struct RestRules {
     double tolerance = 0.0;
     double band = 0.0;               ///< [m] see soft_band
     double relaxation = 0.0;
-    double step_share = 1.0;
+    double step_share = 1.0;         ///< h as a share of a whole step [-]
     double velocity_tolerance = 0.0; ///< [m/s]
     double largest_stretch = 0.0;
     double largest_growth = 0.0;

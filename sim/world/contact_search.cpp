@@ -103,7 +103,8 @@ void ContactSearch::find_contacts_of(const PairDistances::Near& near, std::vecto
     const Shape& shape_b = bodies_.props[b].shape;
     contacts.clear();
     if (distances.are_boxes(candidate.bodies)) {
-        find_box_contacts({std::get<Box>(shape_a), bodies_.pose[a]}, {std::get<Box>(shape_b), bodies_.pose[b]}, distances.axes(candidate.slot), near.margin, contacts);
+        find_box_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, distances.axes(candidate.slot), near.margin,
+                          contacts);
     } else {
         find_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, near.margin, contacts);
         if (contacts.empty()) {

@@ -37,7 +37,8 @@ void Repair::begin(double interval, bool stops_at_impacts) {
 bool Repair::is_left(const BodyPair& pair) const {
     const auto a = static_cast<std::size_t>(pair.a);
     const auto b = static_cast<std::size_t>(pair.b);
-    return stops_at_impacts_ && separation({bodies_.props[a].shape, bodies_.pose[a]}, {bodies_.props[b].shape, bodies_.pose[b]}) > touch_gap(settings_);
+    return stops_at_impacts_ && separation({bodies_.props[a].shape, bodies_.pose[a]},
+                                           {bodies_.props[b].shape, bodies_.pose[b]}) > touch_gap(settings_);
 }
 
 /// As they are at the planned poses.
@@ -95,7 +96,9 @@ std::optional<double> Repair::overlap_time() const {
         const auto a = static_cast<std::size_t>(pair.a);
         const auto b = static_cast<std::size_t>(pair.b);
         const auto separation_at = [&](double t) {
-            return separation({bodies_.props[a].shape, free_motion(bodies_.props[a], bodies_.pose[a], velocity[a], settings_.gravity, t)}, {bodies_.props[b].shape, free_motion(bodies_.props[b], bodies_.pose[b], velocity[b], settings_.gravity, t)});
+            const Pose at_a = free_motion(bodies_.props[a], bodies_.pose[a], velocity[a], settings_.gravity, t);
+            const Pose at_b = free_motion(bodies_.props[b], bodies_.pose[b], velocity[b], settings_.gravity, t);
+            return separation({bodies_.props[a].shape, at_a}, {bodies_.props[b].shape, at_b});
         };
         double early = 0.0;
         double late = earliest.value_or(interval_);
