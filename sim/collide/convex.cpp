@@ -43,9 +43,7 @@ void set_core(Convex& convex, const Capsule& capsule) {
 void set_core(Convex& convex, const Hull& hull) {
     convex.kind = CoreKind::polytope;
     convex.polytope = hull.polytope.get();
-    for (const Vec3& vertex : hull.polytope->vertices) {
-        convex.size = std::max(convex.size, vertex.norm());
-    }
+    convex.size = hull.polytope->radius;
 }
 
 /// Index of the farthest vertex along u (in the part's frame, scaled).
@@ -62,7 +60,7 @@ int farthest_vertex(const Polytope& polytope, const Vec3& u) {
 
 /// u in the part's frame, scaled as the vertices are.
 Vec3 in_part(const Convex& convex, const Vec3& u) {
-    return (convex.world_from_part.orientation.conjugate() * u).cwiseProduct(convex.scale);
+    return (convex.turn.transpose() * u).cwiseProduct(convex.scale);
 }
 
 void add_axis_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
@@ -86,43 +84,54 @@ void add_axis_features(const Convex& convex, const Vec3& u, std::vector<CoreFeat
     }
 }
 
+/// Calls f for what belongs to any of the vertices, each once, in the order of the indices. of: [vertices], ascending.
+template <typename F>
+void for_each_of(const std::vector<std::vector<int>>& of, const std::vector<int>& vertices, F&& f) {
+    if (vertices.size() == 1) {
+        std::ranges::for_each(of[static_cast<std::size_t>(vertices[0])], f);
+        return;
+    }
+    std::vector<int> all;
+    for (const int v : vertices) {
+        all.insert(all.end(), of[static_cast<std::size_t>(v)].begin(), of[static_cast<std::size_t>(v)].end());
+    }
+    std::ranges::sort(all);
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    std::ranges::for_each(all, f);
+}
+
 void add_polytope_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
     using Kind = CoreFeature::Kind;
     const Polytope& polytope = *convex.polytope;
-    const Quat& turn = convex.world_from_part.orientation;
     const Vec3 local = in_part(convex, u);
     const double limit = polytope.vertices[static_cast<std::size_t>(farthest_vertex(polytope, local))].dot(local) -
                          equally_far * convex.size;
-    std::vector<int> faces;
-    std::vector<int> edges;
+    std::vector<int> lowest;
     for (int v = 0; v < static_cast<int>(polytope.vertices.size()); ++v) {
-        const auto i = static_cast<std::size_t>(v);
-        if (polytope.vertices[i].dot(local) >= limit) {
+        if (polytope.vertices[static_cast<std::size_t>(v)].dot(local) >= limit) {
             features.push_back({Kind::vertex, v, convex.vertex(v), Vec3::Zero(), 0.0, 0.0});
-            faces.insert(faces.end(), polytope.faces_of[i].begin(), polytope.faces_of[i].end());
-            edges.insert(edges.end(), polytope.edges_of[i].begin(), polytope.edges_of[i].end());
+            lowest.push_back(v);
         }
     }
-    for (std::vector<int>* list : {&faces, &edges}) {
-        std::ranges::sort(*list);
-        list->erase(std::unique(list->begin(), list->end()), list->end());
-    }
-    for (const int f : faces) {
+    for_each_of(polytope.faces_of, lowest, [&](int f) {
         const Polytope::Face& face = polytope.faces[static_cast<std::size_t>(f)];
-        features.push_back({Kind::face, f, convex.vertex(face.loop[0]), turn * face.normal, 0.0, 0.0});
-    }
-    for (const int e : edges) {
+        features.push_back({Kind::face, f, convex.vertex(face.loop[0]), convex.turn * face.normal, 0.0, 0.0});
+    });
+    for_each_of(polytope.edges_of, lowest, [&](int e) {
         const Polytope::Edge& edge = polytope.edges[static_cast<std::size_t>(e)];
-        const Vec3 from = convex.vertex(edge.from);
-        const Vec3 to = convex.vertex(edge.to);
-        features.push_back({Kind::edge, e, 0.5 * (from + to), turn * edge.direction, 0.0, 0.5 * (to - from).norm()});
-    }
+        features.push_back({Kind::edge, e, convex.placed(edge.middle), convex.turn * edge.direction, 0.0,
+                            convex.scale.cwiseProduct(edge.direction).norm() * edge.half_length});
+    });
 }
 
 } // namespace
 
 Vec3 Convex::vertex(int i) const {
-    return world_from_part * scale.cwiseProduct(polytope->vertices[static_cast<std::size_t>(i)]);
+    return placed(polytope->vertices[static_cast<std::size_t>(i)]);
+}
+
+Vec3 Convex::centre() const {
+    return polytope != nullptr ? placed(polytope->centre) : world_from_part.position;
 }
 
 Convex placed(const PrimitiveShape& shape, const Pose& world_from_body, const Pose& body_from_part) {
@@ -130,6 +139,7 @@ Convex placed(const PrimitiveShape& shape, const Pose& world_from_body, const Po
     convex.world_from_body = world_from_body;
     convex.body_from_part = body_from_part;
     convex.world_from_part = world_from_body * body_from_part;
+    convex.turn = convex.world_from_part.orientation.toRotationMatrix();
     std::visit([&](const auto& s) { set_core(convex, s); }, shape);
     return convex;
 }

@@ -24,9 +24,13 @@ struct Convex {
     Pose world_from_body;
     Pose body_from_part;
     Pose world_from_part;
+    Mat3 turn = Mat3::Identity();        ///< rotation of world_from_part
 
-    Vec3 axis() const { return world_from_part.orientation * Vec3::UnitZ(); }
+    Vec3 axis() const { return turn.col(2); }
+    Vec3 centre() const;      ///< about the middle of the core [m], world
     Vec3 vertex(int i) const; ///< of a polytope [m], world
+    /// A point of the polytope in the world [m]; x: in its frame, before it is scaled.
+    Vec3 placed(const Vec3& x) const { return turn * scale.cwiseProduct(x) + world_from_part.position; }
 };
 
 Convex placed(const PrimitiveShape& shape, const Pose& world_from_body, const Pose& body_from_part);

@@ -29,10 +29,6 @@ constexpr double aligned_features = 1e-6;
 constexpr double nearly_parallel_edges = 0.05;
 constexpr double parallel = 1e-5;
 
-/// Crossing edges whose normal is this near [-] (cosine) to a face's: the faces are about to meet, and within one
-/// step the contact may pass from the edges to the faces' corners.
-constexpr double nearly_flat = 0.998;
-
 /// Cores nearer than this share [-] of the sizes tell no direction.
 constexpr double same_point = 1e-6;
 
@@ -466,7 +462,7 @@ void convex_contacts(const Convex& a, const Convex& b, const ContactList& list) 
 
 double convex_separation(const Convex& a, const Convex& b) {
     const double rounding = a.rounding + b.rounding;
-    return find_separation(a, b, rounding + well_apart * (a.size + b.size + rounding)).best.core_gap - rounding;
+    return find_core_gap(a, b, rounding + well_apart * (a.size + b.size + rounding)) - rounding;
 }
 
 void convex_plane_contacts(const Convex& convex, const Pose& plane, bool plane_is_b, const ContactList& list) {

@@ -1,6 +1,7 @@
 #include "sim/collide/separating_direction.h"
 
 #include "sim/collide/ccd_bridge.h"
+#include "sim/collide/rim_direction.h"
 #include "sim/model/polytope.h"
 
 #include <algorithm>
@@ -18,140 +19,107 @@ constexpr double preference = 1e-11;
 /// Edges whose cross product is shorter than this [-] are parallel.
 constexpr double parallel_directions = 1e-9;
 
+/// Steps towards a direction along which the cores are apart; where there is none they come to no end.
+constexpr int start_limit = 32;
+
 /// Passes of the ascent; each moves to a neighbouring pair of features.
 constexpr int pass_limit = 60;
 
-/// Steps of Newton's method on a pair of features with a rim; the largest one [rad], the one that ends it, and how
-/// far from a rim's axis it starts at least, where s(n) has a kink.
-constexpr int newton_limit = 60;
-constexpr double largest_step = 0.3;
-constexpr double last_step = 1e-15;
-constexpr double off_axis = 1e-3;
+/// Two points are told to be the nearest ones of the cores where they are this many times the rounding apart.
+constexpr double proof = 1e3;
 
 using Kind = CoreFeature::Kind;
 
-/// s(n) of a point of a against a point of b, both on rims or fixed: n . c - sum of r |n across the rim's axis|.
-struct RimPair {
-    Vec3 c; ///< point or centre on a minus that on b [m]
-    std::array<Vec3, 2> axis;
-    std::array<double, 2> radius;
-
-    double value(const Vec3& n) const {
-        return n.dot(c) - radius[0] * axis[0].cross(n).norm() - radius[1] * axis[1].cross(n).norm();
-    }
-
-    /// Gradient (with s = n . gradient), and the Hessian of s as a homogeneous function of n.
-    Vec3 gradient(const Vec3& n, Mat3& hessian) const {
-        Vec3 result = c;
-        hessian.setZero();
-        for (std::size_t i = 0; i < 2; ++i) {
-            const Vec3 across = n - axis[i] * axis[i].dot(n);
-            const double length = across.norm();
-            if (radius[i] > 0.0 && length > 0.0) {
-                const Vec3 radial = across / length;
-                const Vec3 tangent = axis[i].cross(radial);
-                result -= radius[i] * radial;
-                hessian -= radius[i] / length * tangent * tangent.transpose();
-            }
+/// Do the edges of a loop that runs round a face's normal, seen from outside, keep x inside?
+bool is_over_face(const Convex& convex, const CoreFeature& face, const Vec3& x) {
+    const std::vector<int>& loop = convex.polytope->faces[static_cast<std::size_t>(face.index)].loop;
+    Vec3 from = convex.vertex(loop.back());
+    for (const int v : loop) {
+        const Vec3 to = convex.vertex(v);
+        if ((to - from).cross(face.direction).dot(x - from) > 0.0) {
+            return false;
         }
-        return result;
+        from = to;
     }
-};
-
-/// Turned a little towards c where n lies along a rim's axis.
-Vec3 off_the_axes(const RimPair& pair, const Vec3& n) {
-    for (std::size_t i = 0; i < 2; ++i) {
-        if (pair.radius[i] > 0.0 && pair.axis[i].cross(n).norm() < 0.5 * off_axis) {
-            return n + off_axis * (pair.c - n * n.dot(pair.c)).stableNormalized();
-        }
-    }
-    return n;
+    return true;
 }
 
-/// Local maximum of a pair's s(n) from n on; across the unit vector `along` unless that is zero.
-Vec3 rim_direction(const RimPair& pair, Vec3 n, const Vec3& along) {
-    const bool is_bound = !along.isZero(0.0);
-    n = off_the_axes(pair, n);
-    if (is_bound) {
-        n -= along * along.dot(n);
-    }
-    if (n.norm() < parallel_directions) {
-        return Vec3::Zero();
-    }
-    n.normalize();
-    for (int i = 0; i < newton_limit; ++i) {
-        Mat3 hessian;
-        const Vec3 gradient = pair.gradient(n, hessian);
-        hessian -= n.dot(gradient) * Mat3::Identity();
-        const Vec3 t = is_bound ? Vec3(along.cross(n)) : Vec3(n.unitOrthogonal());
-        const Vec3 s = is_bound ? Vec3(Vec3::Zero()) : Vec3(n.cross(t));
-        const double g_t = gradient.dot(t);
-        const double g_s = gradient.dot(s);
-        const double h_tt = t.dot(hessian * t);
-        const double h_ss = is_bound ? -1.0 : s.dot(hessian * s);
-        const double h_ts = t.dot(hessian * s);
-        const double determinant = h_tt * h_ss - h_ts * h_ts;
-        Vec3 step;
-        if (h_tt < 0.0 && determinant > 0.0) {
-            step = t * ((h_ts * g_s - h_ss * g_t) / determinant) + s * ((h_ts * g_t - h_tt * g_s) / determinant);
-        } else {
-            step = (t * g_t + s * g_s).stableNormalized() * (0.5 * largest_step); // uphill
-        }
-        double length = step.norm();
-        step *= length > largest_step ? largest_step / length : 1.0;
-        // Half the step as long as it leads downhill.
-        const double before = n.dot(gradient);
-        Vec3 next = (n + step).normalized();
-        while (length >= last_step && pair.value(next) < before) {
-            step *= 0.5;
-            length *= 0.5;
-            next = (n + step).normalized();
-        }
-        if (length < last_step) {
-            break;
-        }
-        n = next;
-    }
-    return n;
+/// Do two edges come nearest to each other between their ends? Not if they are parallel.
+bool meet_between_ends(const CoreFeature& fa, const CoreFeature& fb) {
+    const Vec3 cross = fa.direction.cross(fb.direction);
+    const Vec3 between = fb.point - fa.point;
+    const double scale = cross.squaredNorm();
+    return scale > parallel_directions * parallel_directions &&
+           std::abs(between.cross(fb.direction).dot(cross)) <= fa.length * scale &&
+           std::abs(between.cross(fa.direction).dot(cross)) <= fb.length * scale;
 }
 
 class Ascent {
 public:
     Ascent(const Convex& a, const Convex& b, double enough)
         : a_(a), b_(b), between_(a.world_from_part.position - b.world_from_part.position), enough_(enough),
-          slack_(preference * std::max(a.size, b.size)) {}
+          slack_(preference * std::max(a.size, b.size)) {
+        features_a_.reserve(usual_features);
+        features_b_.reserve(usual_features);
+    }
 
     double gap(const Vec3& n) const {
         return n.dot(between_) - support_height(a_, -n) - support_height(b_, n);
     }
 
-    /// Moves uphill from n until no pair of neighbouring features is better.
-    Separation climb(const Vec3& n) {
-        Separation result;
-        result.best.n = n;
-        result.best.core_gap = gap(n);
+    /// Moves uphill from n until no pair of neighbouring features is better; false where the gap is known to exceed
+    /// `enough` before.
+    bool climb(const Vec3& n) {
+        best = {};
+        best.n = n;
+        best.core_gap = gap(n);
         for (int pass = 0; pass < pass_limit; ++pass) {
-            result.is_beyond = result.best.core_gap > enough_;
-            if (result.is_beyond) {
-                return result;
+            if (best.core_gap > enough_) {
+                return false;
             }
-            find_candidates(result.best.n);
-            if (pass > 0 && !(lead_.core_gap > result.best.core_gap + slack_)) {
+            find_candidates(best.n, best.core_gap - slack_);
+            if (lead_.core_gap == none) {
+                find_candidates(best.n, none); // n is the direction itself, within rounding
+            }
+            if (pass > 0 && !is_proven_ && !(lead_.core_gap > best.core_gap + slack_)) {
                 break;
             }
-            result.best = lead_;
+            best = lead_;
+            if (is_proven_) {
+                return best.core_gap <= enough_;
+            }
         }
-        if (top_.core_gap + slack_ >= result.best.core_gap) {
-            result.best = top_;
+        if (top_.core_gap + slack_ >= best.core_gap) {
+            best = top_;
         }
-        result.best_face = face_a_.core_gap + slack_ >= face_b_.core_gap ? face_a_ : face_b_;
-        if (result.best_face.core_gap + slack_ >= result.best.core_gap && result.best_face.is_face()) {
-            result.best = result.best_face;
-        }
-        return result;
+        return best.core_gap <= enough_;
     }
 
+    /// The best direction of a face near `best`, or no worse than it.
+    SeparatingDirection face_near_best() {
+        if (n_ != best.n) {
+            look_along(best.n);
+        }
+        SeparatingDirection of_a;
+        SeparatingDirection of_b;
+        of_a.core_gap = of_b.core_gap = none;
+        const auto is_near = [&](const SeparatingDirection& face) {
+            return face.n.dot(best.n) > nearly_flat || bound(face) + slack_ >= best.core_gap;
+        };
+        const auto take_near = [&](SeparatingDirection face, SeparatingDirection& of) {
+            if (is_near(face)) {
+                face.core_gap = gap(face.n);
+                take(of, face);
+            }
+        };
+        for_each_face([&](const SeparatingDirection& face) { take_near(face, face.is_face_of_a ? of_a : of_b); });
+        return of_a.core_gap + slack_ >= of_b.core_gap ? of_a : of_b;
+    }
+
+    SeparatingDirection best;
+
 private:
+    static constexpr std::size_t usual_features = 24; ///< for time only
     static constexpr double none = -std::numeric_limits<double>::infinity();
 
     static void take(SeparatingDirection& best, const SeparatingDirection& found) {
@@ -160,56 +128,128 @@ private:
         }
     }
 
-    /// The best of the directions that the features near n define.
-    void find_candidates(const Vec3& n) {
+    void look_along(const Vec3& n) {
         n_ = n;
         near_features(a_, -n, features_a_);
         near_features(b_, n, features_b_);
+    }
+
+    /// What any two points of the cores are apart along n is no less than the gap [m].
+    double bound(const SeparatingDirection& face) const {
+        return face.is_face_of_a ? face.n.dot(face.a.point - features_b_.front().point)
+                                 : face.n.dot(features_a_.front().point - face.b.point);
+    }
+
+    /// f(direction, without its gap).
+    template <typename F>
+    void for_each_face(F&& f) const {
+        for (const CoreFeature& face : features_a_) {
+            if (face.kind == Kind::face) {
+                f(SeparatingDirection{-face.direction, none, true, false, face, {}});
+            }
+        }
+        for (const CoreFeature& face : features_b_) {
+            if (face.kind == Kind::face) {
+                f(SeparatingDirection{face.direction, none, false, true, {}, face});
+            }
+        }
+    }
+
+    /// lead_: the best of the directions that the features near n define, of those that may be better than `least` [m]; top_:
+    /// of those whose features are the lowest along it. Where two points of the cores are found that are as far apart as
+    /// the cores along their direction, it is the largest gap of all, and the search is at its end: is_proven_.
+    void find_candidates(const Vec3& n, double least) {
+        look_along(n);
+        top_ = lead_ = {};
+        top_.core_gap = lead_.core_gap = none;
+        least_ = least;
+        is_proven_ = false;
+        for_each_face([&](const SeparatingDirection& face) { try_face(face); });
+        try_edges_and_rims();
+        try_vertices();
+    }
+
+    bool is_worthwhile(double bound) const { return bound >= std::max(least_, top_.core_gap); }
+
+    void try_face(SeparatingDirection face) {
+        if (is_proven_ || !is_worthwhile(bound(face))) {
+            return;
+        }
+        face.core_gap = gap(face.n);
+        take(lead_, face);
+        take(top_, face);
+        const Convex& own = face.is_face_of_a ? a_ : b_;
+        const Convex& other = face.is_face_of_a ? b_ : a_;
+        is_proven_ = face.core_gap > proof * slack_ && own.kind == CoreKind::polytope && other.kind != CoreKind::cylinder &&
+                     is_over_face(own, face.is_face_of_a ? face.a : face.b,
+                                  support_point(other, face.is_face_of_a ? face.n : Vec3(-face.n)));
+    }
+
+    void try_edges_and_rims() {
+        if (is_proven_) {
+            return;
+        }
         find_edge_normals(a_, features_a_, normals_a_);
         find_edge_normals(b_, features_b_, normals_b_);
-        top_ = face_a_ = face_b_ = {};
-        top_.core_gap = face_a_.core_gap = face_b_.core_gap = none;
-        for (const CoreFeature& f : features_a_) {
-            if (f.kind == Kind::face) {
-                take(face_a_, {-f.direction, gap(-f.direction), true, false, f, {}});
+        for_each_pair([&](std::size_t i, std::size_t j) {
+            const CoreFeature& fa = features_a_[i];
+            const CoreFeature& fb = features_b_[j];
+            if (has_rim(fa, fb)) {
+                try_direction(rim_direction(fa, fb, n_), fa, fb);
+            } else if (are_edges(fa, fb)) {
+                try_direction(direction_of_edges(fa, fb, normals_a_[i], normals_b_[j]), fa, fb);
             }
+        });
+    }
+
+    /// A vertex and another feature, no rim: the two nearest first, which end the search where they are the nearest of all.
+    void try_vertices() {
+        if (is_proven_) {
+            return;
         }
-        for (const CoreFeature& f : features_b_) {
-            if (f.kind == Kind::face) {
-                take(face_b_, {f.direction, gap(f.direction), false, true, {}, f});
+        vertex_pairs_.clear();
+        for_each_pair([&](std::size_t i, std::size_t j) {
+            const CoreFeature& fa = features_a_[i];
+            const CoreFeature& fb = features_b_[j];
+            if (!has_rim(fa, fb) && !are_edges(fa, fb)) {
+                const Vec3 n = direction_of_vertex(fa, fb);
+                vertex_pairs_.push_back({n, n.dot(fa.point - fb.point), i, j});
             }
+        });
+        std::ranges::sort(vertex_pairs_, {}, &VertexPair::distance);
+        for (const VertexPair& pair : vertex_pairs_) {
+            try_direction(pair.n, features_a_[pair.i], features_b_[pair.j]);
         }
-        take(top_, face_a_);
-        take(top_, face_b_);
-        lead_ = top_;
+    }
+
+    /// f(i, j) for features that are no faces.
+    template <typename F>
+    void for_each_pair(F&& f) const {
         for (std::size_t i = 0; i < features_a_.size(); ++i) {
             for (std::size_t j = 0; j < features_b_.size(); ++j) {
                 if (features_a_[i].kind != Kind::face && features_b_[j].kind != Kind::face) {
-                    try_pair(i, j);
+                    f(i, j);
                 }
             }
         }
     }
 
-    void try_pair(std::size_t i, std::size_t j) {
-        const CoreFeature& fa = features_a_[i];
-        const CoreFeature& fb = features_b_[j];
-        Vec3 n = Vec3::Zero();
-        if (fa.kind == Kind::rim || fb.kind == Kind::rim) {
-            n = direction_of_rims(fa, fb);
-        } else if (fa.kind == Kind::edge && fb.kind == Kind::edge) {
-            n = direction_of_edges(fa, fb, normals_a_[i], normals_b_[j]);
-        } else {
-            n = direction_of_vertex(fa, fb);
-        }
-        // What any two points of the cores are apart along n is no less than the gap.
-        if (n.isZero(0.0) || n.dot(fa.point - fb.point) < top_.core_gap) {
+    static bool has_rim(const CoreFeature& fa, const CoreFeature& fb) { return fa.kind == Kind::rim || fb.kind == Kind::rim; }
+    static bool are_edges(const CoreFeature& fa, const CoreFeature& fb) {
+        return fa.kind == Kind::edge && fb.kind == Kind::edge;
+    }
+
+    void try_direction(const Vec3& n, const CoreFeature& fa, const CoreFeature& fb) {
+        const double apart = n.dot(fa.point - fb.point);
+        if (is_proven_ || n.isZero(0.0) || !is_worthwhile(apart)) {
             return;
         }
         const SeparatingDirection found{n, gap(n), false, false, fa, fb};
         take(lead_, found);
-        if (n.dot(fa.point - fb.point) - reach(fa, n) - reach(fb, n) <= found.core_gap + slack_) {
+        const double round = reach(fa, n) + reach(fb, n);
+        if (apart - round <= found.core_gap + slack_) {
             take(top_, found);
+            is_proven_ = round == 0.0 && found.core_gap > proof * slack_ && (!are_edges(fa, fb) || meet_between_ends(fa, fb));
         }
     }
 
@@ -234,8 +274,8 @@ private:
                 const Polytope::Edge& edge = convex.polytope->edges[static_cast<std::size_t>(features[i].index)];
                 const Vec3& left = convex.polytope->faces[static_cast<std::size_t>(edge.left)].normal;
                 const Vec3& right = convex.polytope->faces[static_cast<std::size_t>(edge.right)].normal;
-                const Quat& turn = convex.world_from_part.orientation;
-                normals[i] = {turn * left, turn * right, turn * Vec3(left + right), {}};
+                const Mat3& turn = convex.turn;
+                normals[i] = {turn * left, turn * right, turn * (left + right), {}};
                 normals[i].across = normals[i].left.cross(normals[i].right);
             }
         }
@@ -244,17 +284,18 @@ private:
     /// Across both edges, where the arcs of their outward normals cross.
     Vec3 direction_of_edges(const CoreFeature& fa, const CoreFeature& fb, const EdgeNormals& of_a,
                             const EdgeNormals& of_b) const {
+        const bool have_arcs = a_.kind == CoreKind::polytope && b_.kind == CoreKind::polytope;
         const Vec3 cross = fa.direction.cross(fb.direction);
-        const Vec3 between = fa.point - fb.point;
-        const double length = cross.norm();
-        if (length < parallel_directions) {
-            return direction_across(fa.direction, between);
-        }
-        const Vec3 n = cross / length;
-        const Vec3 outward = of_b.sum - of_a.sum;
-        if (a_.kind == CoreKind::polytope && b_.kind == CoreKind::polytope && !arcs_cross(of_a, of_b)) {
+        const bool are_parallel = cross.squaredNorm() < parallel_directions * parallel_directions;
+        if (have_arcs && !are_parallel && !arcs_cross(of_a, of_b)) {
             return Vec3::Zero();
         }
+        const Vec3 between = fa.point - fb.point;
+        if (are_parallel) {
+            return direction_across(fa.direction, between);
+        }
+        const Vec3 n = cross.normalized();
+        const Vec3 outward = of_b.sum - of_a.sum;
         const double side = outward.isZero(0.0) ? n.dot(between) : n.dot(outward);
         return side >= 0.0 ? n : Vec3(-n);
     }
@@ -291,21 +332,12 @@ private:
         return between.norm() > 0.0 ? Vec3(between.stableNormalized()) : Vec3::UnitZ();
     }
 
-    Vec3 direction_of_rims(const CoreFeature& fa, const CoreFeature& fb) const {
-        RimPair pair{fa.point - fb.point, {Vec3::Zero(), Vec3::Zero()}, {0.0, 0.0}};
-        Vec3 along = Vec3::Zero();
-        std::size_t i = 0;
-        for (const CoreFeature* f : {&fa, &fb}) {
-            if (f->kind == Kind::rim) {
-                pair.axis[i] = f->direction;
-                pair.radius[i] = f->radius;
-            } else if (f->kind == Kind::edge) {
-                along = f->direction;
-            }
-            ++i;
-        }
-        return rim_direction(pair, n_, along);
-    }
+    struct VertexPair {
+        Vec3 n;
+        double distance; ///< of the features' points along n [m]
+        std::size_t i;   ///< [features_a_]
+        std::size_t j;   ///< [features_b_]
+    };
 
     const Convex& a_;
     const Convex& b_;
@@ -317,29 +349,68 @@ private:
     std::vector<CoreFeature> features_b_;
     std::vector<EdgeNormals> normals_a_; ///< [features_a_]
     std::vector<EdgeNormals> normals_b_;
-    SeparatingDirection lead_; ///< best direction near n_
-    SeparatingDirection top_;  ///< the same of those whose features are the lowest along it
-    SeparatingDirection face_a_;
-    SeparatingDirection face_b_;
+    std::vector<VertexPair> vertex_pairs_;
+    double least_ = none;
+    SeparatingDirection lead_;
+    SeparatingDirection top_;
+    bool is_proven_ = false;
 };
+
+/// A direction along which the cores are apart, if they are: where s(n) < 0 it may have other local maxima. The nearest
+/// point to the origin in the difference of the cores, by a step towards one support point after the other (Gilbert 1966).
+/// Else that of the centres.
+Vec3 start_direction(const Convex& a, const Convex& b) {
+    Vec3 nearest = a.centre() - b.centre();
+    const Vec3 of_centres = nearest.norm() > 0.0 ? Vec3(nearest.stableNormalized()) : Vec3::UnitZ();
+    for (int step = 0; step < start_limit && nearest.norm() > 0.0; ++step) {
+        const Vec3 n = nearest.stableNormalized();
+        const Vec3 lowest = support_point(a, -n) - support_point(b, n);
+        if (n.dot(lowest) > 0.0) {
+            return n;
+        }
+        const Vec3 on = lowest - nearest;
+        nearest -= std::clamp(nearest.dot(on) / on.squaredNorm(), -1.0, 0.0) * on;
+    }
+    return of_centres;
+}
+
+/// False where the gap exceeds `enough`.
+bool find_best(Ascent& ascent, const Convex& a, const Convex& b) {
+    const bool is_within = ascent.climb(start_direction(a, b));
+    // libccd tells which is the highest of several local maxima.
+    if (ascent.best.core_gap < 0.0) {
+        if (const std::optional<Vec3> n = penetration_direction(a, b)) {
+            const SeparatingDirection first = ascent.best;
+            ascent.climb(*n);
+            if (!(ascent.best.core_gap > first.core_gap + preference * std::max(a.size, b.size))) {
+                ascent.best = first;
+            }
+        }
+    }
+    return is_within;
+}
 
 } // namespace
 
 Separation find_separation(const Convex& a, const Convex& b, double enough) {
     Ascent ascent(a, b, enough);
-    const Vec3 between = a.world_from_part * Vec3::Zero() - b.world_from_part * Vec3::Zero();
-    Separation result = ascent.climb(between.norm() > 0.0 ? Vec3(between.stableNormalized()) : Vec3::UnitZ());
-    // Where the cores are apart there is one local maximum. Where they overlap there may be several, and libccd
-    // tells which is the highest.
-    if (result.best.core_gap < 0.0) {
-        if (const std::optional<Vec3> n = penetration_direction(a, b)) {
-            const Separation other = ascent.climb(*n);
-            if (other.best.core_gap > result.best.core_gap + preference * std::max(a.size, b.size)) {
-                result = other;
-            }
+    Separation result;
+    result.is_beyond = !find_best(ascent, a, b);
+    result.best = ascent.best;
+    if (!result.is_beyond) {
+        result.best_face = ascent.face_near_best();
+        if (result.best_face.is_face() &&
+            result.best_face.core_gap + preference * std::max(a.size, b.size) >= result.best.core_gap) {
+            result.best = result.best_face;
         }
     }
     return result;
+}
+
+double find_core_gap(const Convex& a, const Convex& b, double enough) {
+    Ascent ascent(a, b, enough);
+    find_best(ascent, a, b);
+    return ascent.best.core_gap;
 }
 
 } // namespace sim

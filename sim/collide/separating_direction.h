@@ -18,14 +18,21 @@ struct SeparatingDirection {
     bool is_face() const { return is_face_of_a || is_face_of_b; }
 };
 
+/// Crossing edges whose normal is this near [-] (cosine) to a face's: the faces are about to meet, and within one
+/// step the contact may pass from the edges to the faces' corners.
+constexpr double nearly_flat = 0.998;
+
 /// The direction, and the best direction of a face near it (for bodies that are about to meet flat).
 struct Separation {
     SeparatingDirection best;
-    SeparatingDirection best_face; ///< is_face() false: there is none near
+    SeparatingDirection best_face; ///< is_face() false: there is none as near as nearly_flat
     bool is_beyond = false;        ///< the search ended early: the gap exceeds `enough`, by best.core_gap at least
 };
 
 /// enough [m]: the search may end where the gap of the cores is known to be larger.
 Separation find_separation(const Convex& a, const Convex& b, double enough);
+
+/// The largest s(n) [m]; a lower bound of it, more than `enough`, where it is larger than that.
+double find_core_gap(const Convex& a, const Convex& b, double enough);
 
 } // namespace sim

@@ -256,10 +256,21 @@ void connect(Polytope& polytope) {
         const auto a = static_cast<std::size_t>(from);
         const auto b = static_cast<std::size_t>(to);
         const int index = static_cast<int>(polytope.edges.size());
-        polytope.edges.push_back({from, to, left, face_along.at({to, from}),
-                                  (polytope.vertices[b] - polytope.vertices[a]).stableNormalized()});
+        const Vec3 along = polytope.vertices[b] - polytope.vertices[a];
+        polytope.edges.push_back({from, to, left, face_along.at({to, from}), along.stableNormalized(),
+                                  0.5 * (polytope.vertices[a] + polytope.vertices[b]), 0.5 * along.norm()});
         polytope.edges_of[a].push_back(index);
         polytope.edges_of[b].push_back(index);
+    }
+}
+
+/// Fills centre and radius from the vertices.
+void find_extent(Polytope& polytope) {
+    polytope.centre.setZero();
+    polytope.radius = 0.0;
+    for (const Vec3& vertex : polytope.vertices) {
+        polytope.centre += vertex / static_cast<double>(polytope.vertices.size());
+        polytope.radius = std::max(polytope.radius, vertex.norm());
     }
 }
 
@@ -332,6 +343,7 @@ std::optional<Polytope> convex_hull(std::span<const Vec3> points) {
         }
     }
     connect(result);
+    find_extent(result);
     return result;
 }
 
@@ -352,6 +364,10 @@ Polytope moved(const Polytope& polytope, const Vec3& offset) {
     for (Vec3& vertex : result.vertices) {
         vertex += offset;
     }
+    for (Polytope::Edge& edge : result.edges) {
+        edge.middle += offset;
+    }
+    find_extent(result);
     return result;
 }
 

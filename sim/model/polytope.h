@@ -16,6 +16,8 @@ struct Polytope {
         int left = 0; ///< face whose boundary runs along it, seen from outside
         int right = 0;
         Vec3 direction = Vec3::UnitX(); ///< unit
+        Vec3 middle = Vec3::Zero();     ///< [m]
+        double half_length = 0.0;       ///< [m]
     };
     struct Face {
         Vec3 normal = Vec3::UnitZ(); ///< unit, outwards
@@ -27,6 +29,8 @@ struct Polytope {
     std::vector<Face> faces;
     std::vector<std::vector<int>> edges_of; ///< [vertices]
     std::vector<std::vector<int>> faces_of; ///< [vertices]
+    Vec3 centre = Vec3::Zero();             ///< mean of the vertices [m]
+    double radius = 0.0;                    ///< largest distance of a vertex from the origin [m]
 };
 
 /// The convex hull of finite points [m]; nothing if they lie in a plane, to 1e-9 of their extent. Points that

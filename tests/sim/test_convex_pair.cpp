@@ -326,3 +326,26 @@ TEST(convex_pair, a_corner_at_the_far_end_of_an_edge_is_found) {
     const Pose capsule_pose{Vec3::Zero(), turned_to(Vec3(0.6, 0.0, 0.8), Vec3::UnitZ(), 0.0)};
     check_pair(prism(6), prism_pose, Capsule{0.1, 0.25}, capsule_pose, "prism capsule");
 }
+
+// A capsule lies on the base of a bowl, far from its middle: from there it is beside the base, and the way out of it
+// downwards, through the base, is a local maximum of the gap.
+TEST(convex_pair, what_lies_on_a_wide_plate_is_found_on_its_near_side) {
+    std::vector<Vec3> corners;
+    for (int i = 0; i < 8; ++i) {
+        const double angle = std::numbers::pi / 4 * (i + 0.5);
+        const Vec3 outwards(std::cos(angle), std::sin(angle), 0.0);
+        corners.push_back(1.42 * outwards);
+        corners.push_back(1.3 * outwards + Vec3(0, 0, 0.12));
+    }
+    const Shape plate = Hull{std::make_shared<const Polytope>(*convex_hull(corners))};
+    for (int k = 0; k < 400; ++k) {
+        const double r = 0.8 + 0.001 * ((7919 * k) % 200);
+        const Quat lying(Eigen::AngleAxisd(0.5 * std::numbers::pi + 1e-3 * std::sin(k), Vec3::UnitX()));
+        const Pose pose{Vec3(r * std::cos(2.4 * k), r * std::sin(2.4 * k), 0.2103), Quat(Eigen::AngleAxisd(1.7 * k, Vec3::UnitZ())) * lying};
+        std::vector<Contact> contacts;
+        find_contacts({plate, Pose{}}, {Capsule{0.09, 0.11}, pose}, 1e-3, contacts);
+        ASSERT_FALSE(contacts.empty());
+        EXPECT_NEAR(contacts[0].at.n.z(), -1.0, 1e-12) << "case " << k;
+        EXPECT_NEAR(contacts[0].at.gap, 3e-4, 1.2e-4) << "case " << k;
+    }
+}

@@ -1,0 +1,122 @@
+#include "sim/collide/rim_direction.h"
+
+#include <array>
+
+namespace sim {
+namespace {
+
+/// Steps of Newton's method on a pair of features with a rim; the largest one [rad], the one that ends it, and how
+/// far from a rim's axis it starts at least, where s(n) has a kink.
+constexpr int newton_limit = 60;
+constexpr double largest_step = 0.3;
+constexpr double last_step = 1e-15;
+constexpr double off_axis = 1e-3;
+
+/// Directions shorter than this [-] are none.
+constexpr double no_direction = 1e-9;
+
+/// s(n) of a point of a against a point of b, both on rims or fixed: n . c - sum of r |n across the rim's axis|.
+struct RimPair {
+    Vec3 c; ///< point or centre on a minus that on b [m]
+    std::array<Vec3, 2> axis;
+    std::array<double, 2> radius;
+
+    double value(const Vec3& n) const {
+        return n.dot(c) - radius[0] * axis[0].cross(n).norm() - radius[1] * axis[1].cross(n).norm();
+    }
+
+    /// Gradient (with s = n . gradient), and the Hessian of s as a homogeneous function of n.
+    Vec3 gradient(const Vec3& n, Mat3& hessian) const {
+        Vec3 result = c;
+        hessian.setZero();
+        for (std::size_t i = 0; i < 2; ++i) {
+            const Vec3 across = n - axis[i] * axis[i].dot(n);
+            const double length = across.norm();
+            if (radius[i] > 0.0 && length > 0.0) {
+                const Vec3 radial = across / length;
+                const Vec3 tangent = axis[i].cross(radial);
+                result -= radius[i] * radial;
+                hessian -= radius[i] / length * tangent * tangent.transpose();
+            }
+        }
+        return result;
+    }
+};
+
+/// Turned a little towards c where n lies along a rim's axis.
+Vec3 off_the_axes(const RimPair& pair, const Vec3& n) {
+    for (std::size_t i = 0; i < 2; ++i) {
+        if (pair.radius[i] > 0.0 && pair.axis[i].cross(n).norm() < 0.5 * off_axis) {
+            return n + off_axis * (pair.c - n * n.dot(pair.c)).stableNormalized();
+        }
+    }
+    return n;
+}
+
+/// Local maximum of a pair's s(n) from n on; across the unit vector `along` unless that is zero.
+Vec3 climbed(const RimPair& pair, Vec3 n, const Vec3& along) {
+    const bool is_bound = !along.isZero(0.0);
+    n = off_the_axes(pair, n);
+    if (is_bound) {
+        n -= along * along.dot(n);
+    }
+    if (n.norm() < no_direction) {
+        return Vec3::Zero();
+    }
+    n.normalize();
+    for (int i = 0; i < newton_limit; ++i) {
+        Mat3 hessian;
+        const Vec3 gradient = pair.gradient(n, hessian);
+        hessian -= n.dot(gradient) * Mat3::Identity();
+        const Vec3 t = is_bound ? Vec3(along.cross(n)) : Vec3(n.unitOrthogonal());
+        const Vec3 s = is_bound ? Vec3(Vec3::Zero()) : Vec3(n.cross(t));
+        const double g_t = gradient.dot(t);
+        const double g_s = gradient.dot(s);
+        const double h_tt = t.dot(hessian * t);
+        const double h_ss = is_bound ? -1.0 : s.dot(hessian * s);
+        const double h_ts = t.dot(hessian * s);
+        const double determinant = h_tt * h_ss - h_ts * h_ts;
+        Vec3 step;
+        if (h_tt < 0.0 && determinant > 0.0) {
+            step = t * ((h_ts * g_s - h_ss * g_t) / determinant) + s * ((h_ts * g_t - h_tt * g_s) / determinant);
+        } else {
+            step = (t * g_t + s * g_s).stableNormalized() * (0.5 * largest_step); // uphill
+        }
+        double length = step.norm();
+        step *= length > largest_step ? largest_step / length : 1.0;
+        // Half the step as long as it leads downhill.
+        const double before = n.dot(gradient);
+        Vec3 next = (n + step).normalized();
+        while (length >= last_step && pair.value(next) < before) {
+            step *= 0.5;
+            length *= 0.5;
+            next = (n + step).normalized();
+        }
+        if (length < last_step) {
+            break;
+        }
+        n = next;
+    }
+    return n;
+}
+
+} // namespace
+
+Vec3 rim_direction(const CoreFeature& fa, const CoreFeature& fb, const Vec3& near) {
+    using Kind = CoreFeature::Kind;
+    RimPair pair{fa.point - fb.point, {Vec3::Zero(), Vec3::Zero()}, {0.0, 0.0}};
+    Vec3 along = Vec3::Zero();
+    std::size_t i = 0;
+    for (const CoreFeature* f : {&fa, &fb}) {
+        if (f->kind == Kind::rim) {
+            pair.axis[i] = f->direction;
+            pair.radius[i] = f->radius;
+        } else if (f->kind == Kind::edge) {
+            along = f->direction;
+        }
+        ++i;
+    }
+    return climbed(pair, near, along);
+}
+
+} // namespace sim
