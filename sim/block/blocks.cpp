@@ -324,7 +324,7 @@ void Blocks::wake() {
     extrapolated_.clear();
     extrapolation_.begin();
     sweeps_ = 0;
-    progress_ = std::numeric_limits<double>::infinity();
+    least_change_ = progress_ = std::numeric_limits<double>::infinity();
     stalls_ = false;
     for (Island& island : islands_) {
         island.compliance = 0.0;
@@ -377,9 +377,10 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
                                        .slack = slack}));
     });
     change_ = worst;
+    least_change_ = std::min(least_change_, change_);
     if (sweeps_ % stall_period == 0) {
-        stalls_ = change_ > 0.5 * progress_;
-        progress_ = change_;
+        stalls_ = least_change_ > 0.5 * progress_;
+        progress_ = std::exchange(least_change_, std::numeric_limits<double>::infinity());
     }
     return change_;
 }

@@ -118,8 +118,8 @@ inline constexpr std::size_t newton_size = 64;
 /// Looking for contacts and arranging them counts as so many sweeps [-] where work is bounded.
 inline constexpr int sweeps_to_arrange = 10;
 
-/// Sweeps [-] that do not halve the change stall; high towers without Newton's method need that many.
-inline constexpr int stall_period = 64;
+/// Where so many sweeps [-] do not halve the least change of as many before them, they stall.
+inline constexpr int stall_period = 16;
 
 /// A solve that stalls is good enough where its changes are this share [-] of the gap tolerance over the step.
 inline constexpr double stall_share = 0.01;
@@ -223,7 +223,8 @@ private:
     std::vector<double> along_;         ///< [batches] see Extrapolation::next
     double change_ = 0.0;               ///< [m/s] by the last sweep
     int sweeps_ = 0;                    ///< since wake()
-    double progress_ = 0.0;             ///< [m/s] change_ of stall_period sweeps ago
+    double least_change_ = 0.0;         ///< [m/s] of the last stall_period sweeps, so far
+    double progress_ = 0.0;             ///< [m/s] the same of those before
     bool stalls_ = false;
     std::vector<Island> islands_;       ///< once asked for
     std::vector<int> root_;             ///< [body_count] memory of find_islands()
