@@ -48,19 +48,20 @@ void set_core(Convex& convex, const Hull& hull) {
 
 /// Index of the farthest vertex along u (in the part's frame, scaled).
 int farthest_vertex(const Polytope& polytope, const Vec3& u) {
-    int best = 0;
+    std::size_t best = 0;
     double height = polytope.vertices[0].dot(u);
-    for (int i = 1; i < static_cast<int>(polytope.vertices.size()); ++i) {
-        const double h = polytope.vertices[static_cast<std::size_t>(i)].dot(u);
+    for (std::size_t i = 1; i < polytope.vertices.size(); ++i) {
+        const double h = polytope.vertices[i].dot(u);
         best = h > height ? i : best;
         height = std::max(h, height);
     }
-    return best;
+    return static_cast<int>(best);
 }
 
 /// u in the part's frame, scaled as the vertices are.
 Vec3 in_part(const Convex& convex, const Vec3& u) {
-    return (convex.turn.transpose() * u).cwiseProduct(convex.scale);
+    const Mat3& turn = convex.turn;
+    return Vec3(turn.col(0).dot(u), turn.col(1).dot(u), turn.col(2).dot(u)).cwiseProduct(convex.scale);
 }
 
 void add_axis_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
@@ -115,11 +116,11 @@ void add_polytope_features(const Convex& convex, const Vec3& u, std::vector<Core
     }
     for_each_of(polytope.faces_of, lowest, [&](int f) {
         const Polytope::Face& face = polytope.faces[static_cast<std::size_t>(f)];
-        features.push_back({Kind::face, f, convex.vertex(face.loop[0]), convex.turn * face.normal, 0.0, 0.0});
+        features.push_back({Kind::face, f, convex.vertex(face.loop[0]), convex.turned(face.normal), 0.0, 0.0});
     });
     for_each_of(polytope.edges_of, lowest, [&](int e) {
         const Polytope::Edge& edge = polytope.edges[static_cast<std::size_t>(e)];
-        features.push_back({Kind::edge, e, convex.placed(edge.middle), convex.turn * edge.direction, 0.0,
+        features.push_back({Kind::edge, e, convex.placed(edge.middle), convex.turned(edge.direction), 0.0,
                             convex.scale.cwiseProduct(edge.direction).norm() * edge.half_length});
     });
 }

@@ -30,7 +30,8 @@ struct Convex {
     Vec3 centre() const;      ///< about the middle of the core [m], world
     Vec3 vertex(int i) const; ///< of a polytope [m], world
     /// A point of the polytope in the world [m]; x: in its frame, before it is scaled.
-    Vec3 placed(const Vec3& x) const { return turn * scale.cwiseProduct(x) + world_from_part.position; }
+    Vec3 placed(const Vec3& x) const { return world_from_part.position + turned(scale.cwiseProduct(x)); }
+    Vec3 turned(const Vec3& x) const { return turn.col(0) * x[0] + turn.col(1) * x[1] + turn.col(2) * x[2]; }
 };
 
 Convex placed(const PrimitiveShape& shape, const Pose& world_from_body, const Pose& body_from_part);

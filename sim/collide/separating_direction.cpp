@@ -19,8 +19,9 @@ constexpr double preference = 1e-11;
 /// Edges whose cross product is shorter than this [-] are parallel.
 constexpr double parallel_directions = 1e-9;
 
-/// Steps towards a direction along which the cores are apart; where there is none they come to no end.
-constexpr int start_limit = 32;
+/// Steps towards a direction along which the cores are apart: at first, which saves passes of the ascent; and at most.
+constexpr int first_steps = 3;
+constexpr int most_steps = 32;
 
 /// Passes of the ascent; each moves to a neighbouring pair of features.
 constexpr int pass_limit = 60;
@@ -274,8 +275,7 @@ private:
                 const Polytope::Edge& edge = convex.polytope->edges[static_cast<std::size_t>(features[i].index)];
                 const Vec3& left = convex.polytope->faces[static_cast<std::size_t>(edge.left)].normal;
                 const Vec3& right = convex.polytope->faces[static_cast<std::size_t>(edge.right)].normal;
-                const Mat3& turn = convex.turn;
-                normals[i] = {turn * left, turn * right, turn * (left + right), {}};
+                normals[i] = {convex.turned(left), convex.turned(right), convex.turned(left + right), {}};
                 normals[i].across = normals[i].left.cross(normals[i].right);
             }
         }
@@ -356,13 +356,16 @@ private:
     bool is_proven_ = false;
 };
 
-/// A direction along which the cores are apart, if they are: where s(n) < 0 it may have other local maxima. The nearest
-/// point to the origin in the difference of the cores, by a step towards one support point after the other (Gilbert 1966).
-/// Else that of the centres.
-Vec3 start_direction(const Convex& a, const Convex& b) {
+Vec3 of_centres(const Convex& a, const Convex& b) {
+    const Vec3 between = a.centre() - b.centre();
+    return between.norm() > 0.0 ? Vec3(between.stableNormalized()) : Vec3::UnitZ();
+}
+
+/// A direction along which the cores are apart, if they are: the nearest point to the origin in the difference of the cores,
+/// by so many steps at most towards one support point after the other (Gilbert 1966).
+std::optional<Vec3> direction_apart(const Convex& a, const Convex& b, int steps) {
     Vec3 nearest = a.centre() - b.centre();
-    const Vec3 of_centres = nearest.norm() > 0.0 ? Vec3(nearest.stableNormalized()) : Vec3::UnitZ();
-    for (int step = 0; step < start_limit && nearest.norm() > 0.0; ++step) {
+    for (; steps > 0 && nearest.norm() > 0.0; --steps) {
         const Vec3 n = nearest.stableNormalized();
         const Vec3 lowest = support_point(a, -n) - support_point(b, n);
         if (n.dot(lowest) > 0.0) {
@@ -371,13 +374,18 @@ Vec3 start_direction(const Convex& a, const Convex& b) {
         const Vec3 on = lowest - nearest;
         nearest -= std::clamp(nearest.dot(on) / on.squaredNorm(), -1.0, 0.0) * on;
     }
-    return of_centres;
+    return std::nullopt;
 }
 
-/// False where the gap exceeds `enough`.
+/// Where the cores are apart there is one local maximum with s(n) > 0, but others may be below: where an ascent ends in
+/// one of them, it begins anew where they are apart, or where libccd says. False where the gap exceeds `enough`.
 bool find_best(Ascent& ascent, const Convex& a, const Convex& b) {
-    const bool is_within = ascent.climb(start_direction(a, b));
-    // libccd tells which is the highest of several local maxima.
+    bool is_within = ascent.climb(direction_apart(a, b, first_steps).value_or(of_centres(a, b)));
+    if (ascent.best.core_gap < 0.0) {
+        if (const std::optional<Vec3> n = direction_apart(a, b, most_steps)) {
+            is_within = ascent.climb(*n);
+        }
+    }
     if (ascent.best.core_gap < 0.0) {
         if (const std::optional<Vec3> n = penetration_direction(a, b)) {
             const SeparatingDirection first = ascent.best;
