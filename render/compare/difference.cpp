@@ -89,7 +89,7 @@ std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap&
         has_differences[static_cast<std::size_t>(y)] = row_largest > rounding_levels;
     }
     map.mean = static_cast<double>(sum) / (static_cast<double>(n) * a.height);
-    sums.enter(width * static_cast<std::size_t>(a.height), map.drift);
+    sums.enter(width * static_cast<std::size_t>(a.height), map.hidden, map.drift);
     return has_differences;
 }
 
@@ -212,14 +212,28 @@ void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
     drift.find_block(map.drift);
 }
 
-void measure_whole(const Picture& a, const Picture& b, std::vector<std::uint8_t>& raw) {
+void measure_hidden(const Picture& a, const Picture& b, const Picture& masked, DifferenceMap& map) {
+    forget_hidden(map);
     const auto width = static_cast<std::size_t>(a.width);
-    raw.resize(width * static_cast<std::size_t>(a.height));
+    map.whole_raw.resize(width * static_cast<std::size_t>(a.height));
     Bytes channels(row_bytes(a));
     for (int y = 0; y < a.height; ++y) {
         absolute_difference(row_of(a, y), row_of(b, y), channels.size(), channels.data());
-        largest_channel(channels.data(), width, raw.data() + width * static_cast<std::size_t>(y));
+        largest_channel(channels.data(), width, map.whole_raw.data() + width * static_cast<std::size_t>(y));
     }
+    for (std::size_t i = 0; i < b.rgb.size(); ++i) {
+        const int d = b.rgb[i] - masked.rgb[i]; // 0 where nothing is hidden
+        if (d != 0 && std::abs(d) <= drift_levels) {
+            HiddenSigns::Sum& sum = (d > 0 ? map.hidden.up : map.hidden.down)[i % 3];
+            sum.levels += std::abs(d);
+            ++sum.count;
+        }
+    }
+}
+
+void forget_hidden(DifferenceMap& map) {
+    map.whole_raw.clear();
+    map.hidden = {};
 }
 
 void measure_excess(const Picture& a, const Picture& b, DifferenceMap& map) {

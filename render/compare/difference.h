@@ -35,6 +35,16 @@ struct Drift {
 };
 inline constexpr int drift_block = 64; ///< [px]
 
+/// Signed differences, of at most what counts as drift, that masks hide. Of each channel.
+struct HiddenSigns {
+    struct Sum {
+        std::int64_t levels = 0;
+        std::int64_t count = 0;
+    };
+    std::array<Sum, 3> up{};   ///< where the candidate is larger
+    std::array<Sum, 3> down{};
+};
+
 /// A map that is used again costs no new memory.
 struct DifferenceMap {
     int width = 0;                    ///< [px]
@@ -47,7 +57,9 @@ struct DifferenceMap {
     std::vector<std::uint8_t> smooth; ///< [height * width] [levels] largest difference of a channel
     std::vector<std::uint8_t> excess; ///< [height * width] [levels]
     std::vector<std::uint8_t> steps;  ///< [height * width] [levels] to the right or below, in the one that has more; all rows
+    // What masks hide tells of noise all the same; see measure_hidden().
     std::vector<std::uint8_t> whole_raw; ///< [height * width] raw without masks; empty if there are none
+    HiddenSigns hidden;
     /// [levels^2] squared steps between neighbours out of focus, of reference and candidate, in those rows.
     std::array<double, 2> sharpness{};
     Picture reference;                ///< valid in the rows near differences
@@ -58,8 +70,10 @@ struct DifferenceMap {
 /// Compares a and b, which have one size. Only rgb is looked at.
 void measure(const Picture& a, const Picture& b, DifferenceMap& map);
 
-/// Only raw, into `raw`.
-void measure_whole(const Picture& a, const Picture& b, std::vector<std::uint8_t>& raw);
+/// What masks hide of b into map.whole_raw and map.hidden. masked: b with a's pixels where it is masked.
+void measure_hidden(const Picture& a, const Picture& b, const Picture& masked, DifferenceMap& map);
+/// There are no masks.
+void forget_hidden(DifferenceMap& map);
 
 /// The same but for steps and drift, which a picture of the difference does not show.
 void measure_excess(const Picture& a, const Picture& b, DifferenceMap& map);

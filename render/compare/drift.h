@@ -91,28 +91,39 @@ private:
     Bytes spread_;                   ///< of one row
 };
 
+/// Larger differences [levels] are no drift, but of edges, or what the gate `spot` counts.
+inline constexpr std::uint8_t drift_levels = 16;
+
 /// Signed differences of each channel, added up by column first: so their sums are vector instructions.
 class SignedSums {
 public:
     explicit SignedSums(std::size_t n) : sums_(n), balances_(n), counts_(n) {}
 
     void add_row(Row a, Row b) {
-        add_signed(a, b, sums_.size(), {sums_.data(), balances_.data(), counts_.data()});
+        add_signed(a, b, sums_.size(), {drift_levels, sums_.data(), balances_.data(), counts_.data()});
         constexpr int most_rows = 128; // of differences of up to 255
         if (++rows_ == most_rows) {
             flush();
         }
     }
 
-    void enter(std::size_t pixels, Drift& drift) {
+    /// hidden: none of these may be drift, all may speak against it, so that more masked is never more drift.
+    void enter(std::size_t pixels, const HiddenSigns& hidden, Drift& drift) {
         constexpr double by_chance = 3.0; // standard deviations of the balance of signs that are tossed
         flush();
+        double largest = -1.0;
         for (std::size_t c = 0; c < 3; ++c) {
-            const double mean = static_cast<double>(sum_[c]) / static_cast<double>(pixels);
-            if (std::abs(mean) > std::abs(drift.mean)) {
-                drift.mean = mean;
-                const auto n = static_cast<double>(std::max<std::int64_t>(count_[c], 1));
-                drift.one_sided = std::max(0.0, std::abs(static_cast<double>(balance_[c])) / n - by_chance / std::sqrt(n));
+            const auto n = static_cast<double>(std::max<std::int64_t>(count_[c] + hidden.up[c].count + hidden.down[c].count, 1));
+            for (const int sign : {1, -1}) {
+                const HiddenSigns::Sum& against = sign > 0 ? hidden.down[c] : hidden.up[c];
+                const auto balance = static_cast<double>(sign * balance_[c] - against.count);
+                const double mean = static_cast<double>(sign * sum_[c] - against.levels) / static_cast<double>(pixels);
+                const double one_sided = std::max(0.0, balance / n - by_chance / std::sqrt(n));
+                if (mean >= 0.0 && mean * one_sided > largest) {
+                    largest = mean * one_sided;
+                    drift.mean = sign * mean;
+                    drift.one_sided = one_sided;
+                }
             }
         }
     }

@@ -195,6 +195,10 @@ bool set_sizes(const PairMemory& memory, Frame& frame) {
     return false;
 }
 
+void clear(Picture& picture) {
+    picture.width = picture.height = 0;
+}
+
 /// Means of 2 x 2 pixels.
 void halve(const Picture& picture, Picture& half) {
     half.width = (picture.width + 1) / 2;
@@ -229,6 +233,10 @@ void judge_lossy(const PairSettings& settings, PairMemory& memory, Frame& frame)
     }
     halve(memory.a, memory.half_a);
     halve(memory.b, memory.half_b);
+    if (memory.unmasked.width > 0) {
+        halve(memory.unmasked, memory.half_unmasked);
+        measure_hidden(memory.half_a, memory.half_unmasked, memory.half_b, memory.half_map);
+    }
     judge(memory.half_a, memory.half_b, lossy_limits(settings.limits, settings.is_jpeg), memory.half_map, frame);
     frame.tier = std::max(frame.tier, Tier::noise);
     frame.differing_pixels = memory.map.differing;
@@ -261,18 +269,15 @@ bool is_jpeg(const Bytes& bytes) {
     return bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8;
 }
 
-/// What the masks hide tells of noise all the same.
 void mask_pair(const Mask& mask, PairMemory& memory) {
-    memory.map.whole_raw.clear();
-    memory.half_map.whole_raw.clear();
+    clear(memory.unmasked);
+    forget_hidden(memory.map);
+    forget_hidden(memory.half_map);
     if (!mask.is_empty()) {
-        measure_whole(memory.a, memory.b, memory.map.whole_raw);
+        memory.unmasked = memory.b;
         apply_mask(mask, memory.a, memory.b);
+        measure_hidden(memory.a, memory.unmasked, memory.b, memory.map);
     }
-}
-
-void clear(Picture& picture) {
-    picture.width = picture.height = 0;
 }
 
 } // namespace

@@ -35,9 +35,11 @@ struct PairMemory {
     DifferenceMap map;
     std::optional<Thumbnail> thumbnail_a; ///< without masks
     std::optional<Thumbnail> thumbnail_b;
+    Picture unmasked; ///< b without masks; of no size if there are none
     // Of lossy pairs: at half the size.
     Picture half_a;
     Picture half_b;
+    Picture half_unmasked;
     DifferenceMap half_map;
 };
 

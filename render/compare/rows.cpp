@@ -136,7 +136,8 @@ ROW_LOOP void add_signed(Row a, Row b, std::size_t n, SignedColumns columns) {
     std::int16_t* __restrict balances = columns.balances;
     std::int16_t* __restrict counts = columns.counts;
     for (std::size_t i = 0; i < n; ++i) {
-        const auto d = static_cast<std::int16_t>(b[i] - a[i]);
+        const auto whole = static_cast<std::int16_t>(b[i] - a[i]);
+        const auto d = apart(a[i], b[i]) > columns.most ? std::int16_t{0} : whole;
         const auto sign = static_cast<std::int16_t>((d > 0) - (d < 0));
         sums[i] = static_cast<std::int16_t>(sums[i] + d);
         balances[i] = static_cast<std::int16_t>(balances[i] + sign);

@@ -52,8 +52,9 @@ void add_above(Row values, std::size_t n, std::uint8_t bound, std::uint8_t* coun
 /// Sum of squares of a - b, n <= 32768.
 std::int32_t sum_of_squares(Row a, Row b, std::size_t n);
 
-/// Columns of signed differences b - a, of the signs of those, and of how many are not 0.
+/// Columns of signed differences b - a of at most `most` levels, of the signs of those, and of how many are not 0.
 struct SignedColumns {
+    std::uint8_t most;
     std::int16_t* sums;
     std::int16_t* balances;
     std::int16_t* counts;
