@@ -3,6 +3,7 @@
 #include "render/compare/displacement.h"
 #include "render/compare/edge_noise.h"
 #include "render/compare/stray.h"
+#include "render/compare/texts.h"
 
 #include <fmt/format.h>
 
@@ -64,6 +65,7 @@ public:
         add_lone();
         add_stray();
         add_sharpness();
+        add_texts();
         if (limits_[GateId::levels].value < any_level) {
             add(GateId::levels, map_.largest, "levels",
                 fmt::format("{} pixels differ by up to {} levels", map_.differing, map_.largest));
@@ -117,6 +119,14 @@ private:
         const auto [less, more] = std::minmax(map_.sharpness[0], map_.sharpness[1]);
         add(GateId::sharpness, 100.0 * (1.0 - (less + grain) / (more + grain)), "%",
             map_.sharpness[1] < map_.sharpness[0] ? "the candidate is less sharp" : "the candidate is sharper");
+    }
+
+    void add_texts() {
+        if (reference_.texts.empty() || candidate_.texts.empty()) {
+            return;
+        }
+        const TextDifference found = compare_texts(reference_.texts, candidate_.texts);
+        add(GateId::text, found.lines, "lines", found.reason);
     }
 
     /// Clusters, and the farthest shift that explains one of them, or one of its parts.
@@ -247,12 +257,16 @@ void judge_colors(const Picture& reference, const Picture& candidate, const Limi
     const Gate* worst = nullptr;
     std::int64_t exceeded = 0;
     for (const Gate& gate : frame.gates) {
-        const double share = gate.limit > 0.0 ? gate.value / gate.limit : gate.value;
+        const double share = gate.limit > 0.0 ? gate.value / gate.limit : gate.value > 0.0 ? 1.0 + gate.value : 0.0;
         exceeded += gate.is_exceeded;
         if (worst == nullptr || share > frame.curve) {
             worst = &gate;
             frame.curve = share;
         }
+    }
+    const auto is_text = [](const Gate& gate) { return gate.is_exceeded && gate.name == name_of(GateId::text); };
+    if (const auto text = std::find_if(frame.gates.begin(), frame.gates.end(), is_text); text != frame.gates.end()) {
+        worst = &*text; // says most
     }
     if (exceeded == 0) {
         frame.message = fmt::format("{} pixels differ by up to {} levels, all within the noise of edges and rounding",
@@ -279,7 +293,7 @@ Picture on_white(const Picture& picture) {
 
 const char* name_of(GateId id) {
     constexpr const char* names[] = {"spot",        "faint", "displacement", "drift", "block drift", "lone",
-                                     "stray", "sharpness", "levels"};
+                                     "stray",       "sharpness", "text",        "levels"};
     return names[static_cast<int>(id)];
 }
 

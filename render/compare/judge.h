@@ -19,9 +19,10 @@ enum class GateId {
     lone,         ///< pixels of one window of 16 x 16, where the edges elsewhere are as they were
     stray,        ///< pixels that differ far from any edge, in the whole picture
     sharpness,    ///< by which one of the two is less sharp [%]
+    text,         ///< lines of text that differ, of pictures whose files tell what is written over them
     levels,       ///< largest difference [levels]: where both are known to be drawn with the same samples
 };
-inline constexpr std::size_t gate_count = 9;
+inline constexpr std::size_t gate_count = 10;
 inline constexpr double any_pixels = 1e9;  ///< limit of a gate that does not hold
 inline constexpr double any_level = 255.0; ///< limit of `levels` that all pictures hold: the gate is then left out
 
@@ -34,7 +35,7 @@ struct Limit {
 /// Of GateId. README.md in this folder has the pictures that the defaults were chosen by.
 struct Limits {
     std::array<Limit, gate_count> of{
-        {{12.0}, {200.0}, {0.62}, {0.22}, {0.9}, {10.0}, {14.0}, {12.0}, {any_level}}};
+        {{12.0}, {200.0}, {0.62}, {0.22}, {0.9}, {10.0}, {14.0}, {12.0}, {0.0}, {any_level}}};
 
     const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
 };
@@ -46,7 +47,7 @@ Limits lossy_limits(const Limits& limits, bool is_jpeg);
 const char* name_of(GateId id);
 
 /// Fills tier, message, sums, gates and clusters of `frame`. The pictures have the same size. `map` is memory
-/// to be used again, but for its whole_raw; afterwards it has what differs (on black, if the pictures have alpha).
+/// to be used again, but for what masks hide; afterwards it has what differs (on black, if the pictures have alpha).
 void judge(const Picture& reference, const Picture& candidate, const Limits& limits, DifferenceMap& map,
            Frame& frame);
 

@@ -74,9 +74,21 @@ void require_rest(const std::vector<bool>& covered) {
     }
 }
 
+/// covered: as above, of a picture `width` pixels wide.
+void mask_texts(const std::vector<bool>& covered, Picture& picture) {
+    for (TextLine& line : picture.texts) {
+        const int right = std::min(line.x + line.width, picture.width);
+        for (int y = std::max(line.y, 0); y < std::min(line.y + line.height, picture.height); ++y) {
+            for (int x = std::max(line.x, 0); x < right; ++x) {
+                line.is_masked = line.is_masked || covered[static_cast<std::size_t>(y * picture.width + x)];
+            }
+        }
+    }
+}
+
 } // namespace
 
-void apply_mask(const Mask& mask, const Picture& reference, Picture& candidate) {
+void apply_mask(const Mask& mask, Picture& reference, Picture& candidate) {
     if (mask.is_empty()) {
         return;
     }
@@ -122,6 +134,8 @@ void apply_mask(const Mask& mask, const Picture& reference, Picture& candidate) 
         }
     }
     require_rest(covered);
+    mask_texts(covered, reference);
+    mask_texts(covered, candidate);
 }
 
 } // namespace diff

@@ -19,8 +19,8 @@ struct Mask {
 /// be read.
 void add_to_mask(const std::string& text, const PictureLimits& accepted, Mask& mask);
 
-/// Gives candidate's masked pixels the reference's colours; both have the same size. Throws Error
-/// (missing_or_size) if a mask's picture has another size.
-void apply_mask(const Mask& mask, const Picture& reference, Picture& candidate);
+/// Gives candidate's masked pixels the reference's colours, and marks the texts of both that are masked; both have the
+/// same size. Throws Error (missing_or_size) if a mask's picture has another size.
+void apply_mask(const Mask& mask, Picture& reference, Picture& candidate);
 
 } // namespace diff

@@ -76,6 +76,7 @@ void decode_jpeg(std::span<const std::uint8_t> bytes, const std::string& name, c
     picture.rgb.assign(decoded.get(), decoded.get() + pixels * 3);
     picture.alpha.clear();
     picture.fine_hash = 0;
+    picture.texts.clear();
 }
 
 void put_u32(std::uint8_t* at, std::uint32_t value) {

@@ -10,6 +10,16 @@
 
 namespace diff {
 
+/// A line of text that the program which drew a picture has written over it.
+struct TextLine {
+    int x = 0;      ///< [px] upper left corner
+    int y = 0;      ///< [px]
+    int width = 0;  ///< [px]
+    int height = 0; ///< [px]
+    std::string text;
+    bool is_masked = false; ///< a pixel of it is
+};
+
 /// 8-bit RGB, top row first, no padding. A buffer that is used again costs no new memory.
 struct Picture {
     int width = 0;                   ///< [px]
@@ -17,6 +27,7 @@ struct Picture {
     std::vector<std::uint8_t> rgb;   ///< [height * width * 3], multiplied by alpha: as seen on black
     std::vector<std::uint8_t> alpha; ///< [height * width]; empty if every pixel is opaque
     std::uint64_t fine_hash = 0;     ///< of samples that 8 bits do not hold; 0 if there are none
+    std::vector<TextLine> texts;     ///< of pictures that this program has drawn; empty if the file does not tell
 };
 
 /// What a reader accepts.

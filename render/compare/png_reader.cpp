@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cstring>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 namespace diff {
@@ -40,6 +42,7 @@ struct Chunks {
     bool is_interlaced = false;
     ByteSpan colors;       ///< PLTE
     ByteSpan transparency; ///< tRNS
+    ByteSpan texts;        ///< iTXt of this program
     std::vector<ByteSpan> data; ///< IDAT
 
     std::size_t channels() const {
@@ -73,6 +76,37 @@ std::uint32_t u32_at(const std::uint8_t* at) {
     return std::uint32_t{at[0]} << 24 | std::uint32_t{at[1]} << 16 | std::uint32_t{at[2]} << 8 | at[3];
 }
 
+/// What begins the textual data that render/picture/image.cpp writes.
+constexpr std::string_view texts_start("tumble:texts\0\0\0\0\0", 17);
+
+bool is_texts(ByteSpan content) {
+    return content.size() >= texts_start.size() && std::equal(texts_start.begin(), texts_start.end(), content.begin());
+}
+
+/// Lines "X Y WIDTH HEIGHT TEXT"; what is none is passed over, since anybody can write such a part.
+std::vector<TextLine> parse_texts(ByteSpan content) {
+    constexpr std::size_t most_lines = 1000;
+    constexpr int farthest = 1'000'000; // [px]
+    std::vector<TextLine> lines;
+    std::string_view rest(reinterpret_cast<const char*>(content.data()), content.size());
+    while (!rest.empty() && lines.size() < most_lines) {
+        std::string_view text = rest.substr(0, rest.find('\n'));
+        rest.remove_prefix(std::min(text.size() + 1, rest.size()));
+        TextLine line;
+        bool is_good = true;
+        for (int* number : {&line.x, &line.y, &line.width, &line.height}) {
+            const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), *number);
+            is_good = is_good && error == std::errc() && *number > -farthest && *number < farthest && next != text.data() + text.size() && *next == ' ';
+            text.remove_prefix(is_good ? static_cast<std::size_t>(next - text.data()) + 1 : 0);
+        }
+        if (is_good) {
+            line.text = text;
+            lines.push_back(std::move(line));
+        }
+    }
+    return lines;
+}
+
 class Reader {
 public:
     Reader(const std::string& name, const PictureLimits& limits) : name_(name), limits_(limits) {}
@@ -103,6 +137,8 @@ public:
                 chunks.colors = content;
             } else if (type == "tRNS") {
                 chunks.transparency = content;
+            } else if (type == "iTXt" && is_texts(content)) {
+                chunks.texts = content.subspan(texts_start.size());
             } else if (type == "IDAT") {
                 chunks.data.push_back(content);
             } else if (type == "IEND") {
@@ -318,6 +354,7 @@ void decode_png(ByteSpan bytes, const std::string& name, const PictureLimits& li
     picture.rgb.resize(std::size_t{chunks.width} * chunks.height * 3);
     picture.alpha.clear();
     picture.fine_hash = 0;
+    picture.texts = parse_texts(chunks.texts);
     RowWriter writer(chunks, reader, picture);
     const Bytes zeros(chunks.row_bytes(chunks.width));
     std::uint8_t* row = memory.raw.data();

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace render {
@@ -52,6 +53,8 @@ public:
     /// A rectangle with round corners.
     void panel(const glm::vec2& lower, const glm::vec2& upper, float radius, const Paint& paint);
     void mask(const Coverage& shape, const Paint& paint);
+    /// A line of text that masks have written.
+    void note(TextLine line) { image_.texts.push_back(std::move(line)); }
 
 private:
     /// Pixels x0 .. x1 - 1, y0 .. y1 - 1.

@@ -7,6 +7,7 @@
 #include <stb_truetype.h>
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 
 namespace render {
@@ -138,12 +139,22 @@ void Font::draw(Canvas& canvas, const glm::vec2& at, std::string_view text, cons
     const float share = style.align == TextAlign::left ? 0.0f : style.align == TextAlign::center ? 0.5f : 1.0f;
     const float start = at.x - (style.align == TextAlign::left ? 0.0f : share * width(text, size));
     const int baseline = static_cast<int>(std::round(at.y));
+    glm::ivec2 lower(INT_MAX);
+    glm::ivec2 upper(INT_MIN);
     walk(face_->info, text, [&](int letter, int offset) {
         const float quarters = std::round(4.0f * (start + scale * static_cast<float>(offset)));
         const int pen = static_cast<int>(std::floor(quarters / 4.0f));
         const Glyph& shape = glyph(letter, scale, static_cast<int>(quarters) - 4 * pen);
-        canvas.mask({pen + shape.x, baseline + shape.y, shape.width, shape.height, shape.coverage}, style.paint);
+        const glm::ivec2 corner(pen + shape.x, baseline + shape.y);
+        canvas.mask({corner.x, corner.y, shape.width, shape.height, shape.coverage}, style.paint);
+        if (!shape.coverage.empty()) {
+            lower = glm::min(lower, corner);
+            upper = glm::max(upper, corner + glm::ivec2(shape.width, shape.height));
+        }
     });
+    if (upper.x > lower.x) {
+        canvas.note({lower.x, lower.y, upper.x - lower.x, upper.y - lower.y, std::string(text)});
+    }
 }
 
 } // namespace render

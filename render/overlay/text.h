@@ -36,7 +36,7 @@ public:
     std::string missing_letter(std::string_view text) const;
     /// Height of a digit [px].
     static float digit_height(float size) { return 0.711f * size; }
-    /// Draws one line with its baseline at `at`.
+    /// Draws one line with its baseline at `at`, and notes it in the picture.
     void draw(Canvas& canvas, const glm::vec2& at, std::string_view text, const TextStyle& style);
 
 private:

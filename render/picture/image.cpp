@@ -69,6 +69,16 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> data) {
     return packed;
 }
 
+/// International textual data (PNG specification, sec. 11.3.4.5): a line of text each, "X Y WIDTH HEIGHT TEXT".
+void append_texts(std::vector<std::uint8_t>& file, const std::vector<TextLine>& texts) {
+    std::string content("tumble:texts\0\0\0\0\0", 17); // keyword, not compressed, no language, not translated
+    for (const TextLine& line : texts) {
+        content += std::to_string(line.x) + " " + std::to_string(line.y) + " " + std::to_string(line.width) + " " +
+                   std::to_string(line.height) + " " + line.text + "\n";
+    }
+    append_chunk(file, "iTXt", {reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
+}
+
 } // namespace
 
 std::vector<std::uint8_t> encode_png(const Image& image) {
@@ -96,6 +106,9 @@ std::vector<std::uint8_t> encode_png(const Image& image) {
     file.reserve(packed.size() + 64);
     file.assign(png_signature.begin(), png_signature.end());
     append_chunk(file, "IHDR", header);
+    if (!image.texts.empty()) {
+        append_texts(file, image.texts);
+    }
     append_chunk(file, "IDAT", packed);
     append_chunk(file, "IEND", {});
     return file;

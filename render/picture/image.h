@@ -4,21 +4,32 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace render {
+
+/// A line of text over a picture, and the pixels it covers.
+struct TextLine {
+    int x = 0;      ///< [px] upper left corner
+    int y = 0;      ///< [px]
+    int width = 0;  ///< [px]
+    int height = 0; ///< [px]
+    std::string text;
+};
 
 /// 8-bit RGB, top row first, no padding between rows.
 struct Image {
     int width = 0;                       ///< [px]
     int height = 0;                      ///< [px]
     std::vector<std::uint8_t> rgb;       ///< [height * width * 3]
+    std::vector<TextLine> texts;         ///< what was written over it
 
     Image() = default;
     Image(int w, int h) : width(w), height(h), rgb(static_cast<std::size_t>(w) * h * 3) {}
 };
 
-/// The bytes of a PNG file. Same picture, same bytes.
+/// The bytes of a PNG file, its texts too: a comparison reads them. Same picture, same bytes.
 std::vector<std::uint8_t> encode_png(const Image& image);
 
 /// Reads a PNG (or JPEG) as 8-bit RGB. Throws Error (io).

@@ -273,6 +273,25 @@ TEST(judge, a_changed_letter_is_seen_where_the_edges_elsewhere_are_noise) {
     EXPECT_EQ(judged(reference, candidate).tier, Tier::changed);
 }
 
+TEST(judge, texts_are_compared_as_text_where_both_files_tell_them) {
+    diff::Picture a = paint(test::make_scene(103, 10, 0), grid_pattern(2));
+    diff::Picture b = paint(test::make_scene(103, 10, 0), rotated_pattern);
+    a.texts = {{10, 10, 80, 12, "time"}, {100, 10, 60, 12, "1.25 s"}, {10, 30, 60, 12, "time"}};
+    EXPECT_EQ(judged(a, b).tier, Tier::noise);
+    b.texts = {{10, 30, 60, 12, "time"}, {11, 10, 80, 12, "time"}, {100, 10, 60, 12, "1.25 s"}};
+    EXPECT_EQ(judged(a, b).tier, Tier::noise);
+    b.texts[2].text = "1.26 s";
+    EXPECT_EQ(judged(a, b).tier, Tier::changed);
+    EXPECT_EQ(judged(a, b).message.find("text 1 lines (limit 0): the text \"1.25 s\" at (100, 10) is \"1.26 s\""), 0u)
+        << judged(a, b).message;
+    EXPECT_GT(judged(a, b).curve, 1.0);
+    b.texts[2].is_masked = a.texts[1].is_masked = true;
+    EXPECT_EQ(judged(a, b).tier, Tier::noise);
+    b.texts.pop_back();
+    a.texts[1].is_masked = false;
+    EXPECT_NE(judged(a, b).message.find("\"1.25 s\" at (100, 10) is missing"), std::string::npos) << judged(a, b).message;
+}
+
 TEST(judge, the_shift_of_a_moved_thing_is_measured) {
     Scene scene = test::make_scene(104, 0, 0);
     scene.shapes.push_back({test::Shape::Kind::box, 150, 120, 12, 0.4, {200, 60, 50}});

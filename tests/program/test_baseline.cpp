@@ -89,6 +89,12 @@ TEST_F(baseline, a_changed_title_is_changed) {
     replace_in(folder / "block.toml", "A block falls", "A block fells");
     const nlohmann::json json = result_of_check("block.toml", 1);
     EXPECT_EQ(json["cases"][0]["tier"], "changed");
+    const std::string message = json["cases"][0]["message"];
+    EXPECT_NE(message.find("is \"A block fells\""), std::string::npos) << message;
+    // What is hidden of a text is not read.
+    const std::string drawn = "out/baselines/candidates/block/common/frames ";
+    EXPECT_EQ(tumble("compare baselines/block/common " + drawn + "--mask 0,0,640,40 --quiet").code, 0);
+    EXPECT_EQ(tumble("compare baselines/block/common " + drawn + "--mask 0,0,640,2 --quiet").code, 1);
 }
 
 TEST_F(baseline, settings_stay_and_are_taken_back) {

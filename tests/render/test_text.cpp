@@ -79,3 +79,24 @@ TEST(text, alignment_moves_the_line_by_its_width) {
     font.draw(on_right, {100.0f, 30.0f}, "12.5 s", {16.0f, {}, TextAlign::right});
     EXPECT_EQ(left.rgb, right.rgb);
 }
+
+TEST(text, a_line_is_noted_with_the_pixels_it_covers) {
+    Font font;
+    Image image(200, 60);
+    Canvas canvas(image);
+    font.draw(canvas, {150.0f, 40.0f}, "1 m", {30.0f, {}, TextAlign::right});
+    font.draw(canvas, {10.0f, 40.0f}, " ", {30.0f, {}});
+    ASSERT_EQ(image.texts.size(), 1u);
+    const TextLine& line = image.texts[0];
+    EXPECT_EQ(line.text, "1 m");
+    bool is_edge_inked = false;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            const bool is_inside = x >= line.x && x < line.x + line.width && y >= line.y && y < line.y + line.height;
+            const bool is_inked = image.rgb[3 * static_cast<std::size_t>(y * image.width + x)] > 0;
+            EXPECT_TRUE(is_inside || !is_inked) << x << " " << y;
+            is_edge_inked |= is_inked && y == line.y + line.height - 1;
+        }
+    }
+    EXPECT_TRUE(is_edge_inked);
+}
