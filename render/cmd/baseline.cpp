@@ -344,6 +344,7 @@ int check_baselines(const BaselineOptions& options, const std::string& command) 
     comparing.limits = options.limits;
     comparing.history = options.history;
     comparing.pictures = options.pictures;
+    comparing.is_one_page = options.is_one_page;
     comparing.prints_json = options.prints_json;
     comparing.is_quiet = options.is_quiet;
     diff::Comparison comparison = start_comparison(comparing, command);

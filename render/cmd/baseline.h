@@ -22,6 +22,7 @@ struct BaselineOptions {
     std::string limits; ///< file; empty: the baselines' own
     std::string history; ///< file; empty: none
     std::size_t pictures = 16; ///< of a case, that a report keeps
+    bool is_one_page = false;  ///< the report's pictures are in its page
     int jobs = 0;       ///< baselines at a time; 0: one for two cores
     Placement placement; ///< of check's drawing
     std::string part;    ///< of check: "K/N", draws every N-th, from K on, and compares nothing; empty: all

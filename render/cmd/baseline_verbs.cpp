@@ -37,7 +37,7 @@ void add_check(CLI::App& baseline, BaselineOptions& options, const std::string& 
         ->type_name("DIR");
     verb->add_option("--fail-on", options.fail_on, "identical, noise or changed (default)")->type_name("TIER");
     verb->add_option("--junit", options.junit, "Writes JUnit's XML too")->type_name("FILE");
-    add_report_options(*verb, options.pictures, options.history);
+    add_report_options(*verb, {options.pictures, options.is_one_page, options.history});
     verb->add_option("--limits", options.limits, "Limits of the gates, instead of the baselines' own")
         ->type_name("FILE");
     verb->add_flag("--json", options.prints_json, "Prints the result as JSON");

@@ -126,7 +126,8 @@ int finish_comparison(const CompareOptions& options, diff::Comparison& compariso
         diff::read_history(options.history, comparison);
     }
     if (!options.report.empty()) {
-        diff::write_report(options.report, comparison);
+        diff::write_report(options.report, comparison,
+                           options.is_one_page ? diff::PagePictures::inside : diff::PagePictures::linked);
     }
     if (!options.junit.empty()) {
         sim::write_file(options.junit, diff::to_junit(comparison));
@@ -144,11 +145,12 @@ int finish_comparison(const CompareOptions& options, diff::Comparison& compariso
     return comparison.exit_code;
 }
 
-void add_report_options(CLI::App& verb, std::size_t& pictures, std::string& history) {
-    verb.add_option("--pictures", pictures, "Frames of a case whose pictures the report keeps, the worst ones (16)")
+void add_report_options(CLI::App& verb, const ReportOptions& options) {
+    verb.add_option("--pictures", options.pictures, "Frames of a case whose pictures the report keeps, the worst ones (16)")
         ->type_name("N")
         ->check(whole_number(0, 1000000));
-    verb.add_option("--history", history,
+    verb.add_flag("--one-page", options.is_one_page, "Puts the report's pictures into its page, instead of files beside it");
+    verb.add_option("--history", options.history,
                     "Appends a line of JSON a case to this file; the report shows the last runs and which cases are flaky")
         ->type_name("FILE");
 }
@@ -174,7 +176,7 @@ void add_compare_options(CLI::App& verb, CompareOptions& options) {
         ->allow_extra_args(false);
     verb.add_option("--report", options.report, "Folder for the report and its pictures")->type_name("DIR");
     verb.add_option("--junit", options.junit, "Writes JUnit's XML too")->type_name("FILE");
-    add_report_options(verb, options.pictures, options.history);
+    add_report_options(verb, {options.pictures, options.is_one_page, options.history});
     verb.add_option("--limits", options.limits, "Limits of the gates, as --calibrate prints them")
         ->type_name("FILE");
     verb.add_option("--threads", options.threads, "Pairs at a time; the result does not depend on it")

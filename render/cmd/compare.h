@@ -23,6 +23,7 @@ struct CompareOptions {
     std::string limits; ///< file that --calibrate has made; empty: defaults
     std::string history; ///< file that a line a case is appended to; empty: none
     std::size_t pictures = diff::default_pictures; ///< of a case, that a report keeps
+    bool is_one_page = false; ///< the report's pictures are in its page
     int threads = 0;    ///< 0: one a core
     bool prints_json = false;
     bool calibrates = false;
@@ -45,8 +46,13 @@ void prepare_report(const std::string& folder);
 /// Where the cause is another scene: which key, and both its values.
 void name_scene_cause(const diff::Source& reference, const diff::Source& candidate, diff::Case& result);
 diff::Comparison start_comparison(const CompareOptions& options, const std::string& command);
-/// --pictures and --history, which baselines have too.
-void add_report_options(CLI::App& verb, std::size_t& pictures, std::string& history);
+/// --pictures, --one-page and --history, which baselines have too.
+struct ReportOptions {
+    std::size_t& pictures;
+    bool& is_one_page;
+    std::string& history;
+};
+void add_report_options(CLI::App& verb, const ReportOptions& options);
 /// Writes and prints what the options ask for; returns the exit code.
 int finish_comparison(const CompareOptions& options, diff::Comparison& comparison);
 

@@ -1,7 +1,6 @@
 #include "render/compare/report.h"
 
 #include "render/compare/history.h"
-#include "render/compare/report_page.h"
 #include "render/compare/utf8.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
@@ -337,10 +336,33 @@ void write_manifest(const fs::path& folder, const char* kind, const std::vector<
     sim::write_file(folder / manifest_name, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-void write_report(const fs::path& folder, const Comparison& comparison) {
-    const std::string result = to_json(comparison);
-    sim::write_file(folder / "result.json", result);
-    write_report_page(folder, result);
+namespace {
+
+/// Pictures that are in the page, and the folders that held them.
+void remove_pictures(const fs::path& folder, Comparison& comparison) {
+    std::error_code error;
+    for (Case& c : comparison.cases) {
+        for (Frame& frame : c.frames) {
+            for (std::string* path : {&frame.reference_picture, &frame.candidate_picture, &frame.difference_picture}) {
+                if (!path->empty() && !path->starts_with(candidates_folder)) {
+                    fs::remove(folder / *path, error);
+                    fs::remove((folder / *path).parent_path(), error); // if it is empty
+                    path->clear();
+                }
+            }
+        }
+    }
+    fs::remove(folder / pictures_folder, error);
+}
+
+} // namespace
+
+void write_report(const fs::path& folder, Comparison comparison, PagePictures pictures) {
+    write_report_page(folder, to_json(comparison), pictures);
+    if (pictures == PagePictures::inside) {
+        remove_pictures(folder, comparison);
+    }
+    sim::write_file(folder / "result.json", to_json(comparison));
     sim::write_file(folder / "junit.xml", to_junit(comparison));
     sim::write_file(folder / "summary.md", to_markdown(comparison));
     std::vector<std::string> names{"index.html", "result.json", "junit.xml", "summary.md"};

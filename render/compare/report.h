@@ -1,6 +1,7 @@
 #pragma once
 /// A comparison as text for machines: JSON, JUnit, Markdown, and the manifest of a report's folder. README.md in
 /// this folder has the JSON's schema.
+#include "render/compare/report_page.h"
 #include "render/compare/result.h"
 #include "sim/base/file_io.h"
 
@@ -25,6 +26,9 @@ std::string to_text(const Comparison& comparison);
 /// Error (io).
 void remove_report(const std::filesystem::path& folder);
 
+/// Part of a report's folder that holds pictures for review.
+inline constexpr const char* pictures_folder = "pictures";
+
 /// Part of a report's folder in which somebody else keeps pictures: what baselines were compared with.
 inline constexpr const char* candidates_folder = "candidates/";
 
@@ -47,7 +51,7 @@ bool is_as_written(const std::filesystem::path& folder, const sim::WrittenFile& 
 void forget_in_gallery(const std::filesystem::path& run);
 
 /// index.html, result.json, junit.xml, summary.md, and last manifest.json: size and SHA-256 of all files of the folder. The
-/// pictures are there already. Throws Error (io).
-void write_report(const std::filesystem::path& folder, const Comparison& comparison);
+/// pictures are there already; those inside the page go. Throws Error (io).
+void write_report(const std::filesystem::path& folder, Comparison comparison, PagePictures pictures);
 
 } // namespace diff

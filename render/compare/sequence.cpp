@@ -283,7 +283,7 @@ std::vector<bool> chosen_frames(const Case& result, std::size_t most) {
 class Reviewer {
 public:
     Reviewer(const Settings& settings, const ReviewSettings& review, Case& result)
-        : measuring_(settings.pair), review_(review), result_(result), folder_(fs::path("pictures") / as_utf8(result.name)) {
+        : measuring_(settings.pair), review_(review), result_(result), folder_(fs::path(pictures_folder) / as_utf8(result.name)) {
         measuring_.judges = false;
         std::error_code error;
         fs::create_directories(review.folder / folder_, error);

@@ -371,7 +371,7 @@ TEST_F(sequence, reports_hold_the_numbers_and_list_every_file) {
     diff::write_review({diff::find_source(folder / "a"), diff::find_source(folder / "b")}, settings, {.folder = folder},
                        nullptr, comparison.cases[0]);
     diff::sum_up(comparison);
-    diff::write_report(folder, comparison);
+    diff::write_report(folder, comparison, diff::PagePictures::linked);
     const auto json = nlohmann::json::parse(sim::read_text_file(folder / "result.json"));
     EXPECT_EQ(json["version"], 1);
     EXPECT_EQ(json["exit_code"], 4);
@@ -387,6 +387,14 @@ TEST_F(sequence, reports_hold_the_numbers_and_list_every_file) {
         EXPECT_EQ(file["sha256"], sim::sha256_of_file(folder / file["name"].get<std::string>()));
     }
     EXPECT_EQ(manifest["files"].size(), 5u);
+
+    // Pictures are kept once: in the page, or in files beside it.
+    ASSERT_TRUE(fs::exists(folder / comparison.cases[0].frames[2].reference_picture));
+    EXPECT_EQ(sim::read_text_file(folder / "index.html").find("class=\"picture\""), std::string::npos);
+    diff::write_report(folder, comparison, diff::PagePictures::inside);
+    EXPECT_FALSE(fs::exists(folder / "pictures"));
+    EXPECT_NE(sim::read_text_file(folder / "index.html").find("class=\"picture\""), std::string::npos);
+    EXPECT_EQ(nlohmann::json::parse(sim::read_text_file(folder / "result.json"))["cases"][0]["frames"][2]["reference_picture"], "");
 
     diff::remove_report(folder);
     EXPECT_FALSE(fs::exists(folder / "result.json"));

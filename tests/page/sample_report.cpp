@@ -1,6 +1,5 @@
 #include "tests/page/sample_report.h"
 
-#include "render/compare/report_page.h"
 #include "render/film/video_writer.h"
 #include "render/picture/image.h"
 #include "sim/base/file_io.h"
@@ -232,7 +231,7 @@ Document missing_case(const fs::path& folder) {
 
 } // namespace
 
-void write_sample_report(const fs::path& folder, std::uintmax_t picture_bytes) {
+void write_sample_report(const fs::path& folder, diff::PagePictures pictures) {
     fs::remove_all(folder);
     fs::create_directories(folder);
     Document cases = Document::array();
@@ -255,5 +254,5 @@ void write_sample_report(const fs::path& folder, std::uintmax_t picture_bytes) {
         {"exit_code", 4},
         {"counts", {{"identical", 1}, {"noise", 1}, {"changed", 3}, {"not_compared", 1}, {"failed", 4}}},
         {"cases", cases}};
-    diff::write_report_page(folder, result.dump(2), picture_bytes);
+    diff::write_report_page(folder, result.dump(2), pictures);
 }

@@ -1,5 +1,7 @@
 #pragma once
 /// A report with known pictures: what the tests of the page look at.
+#include "render/compare/report_page.h"
+
 #include <filesystem>
 #include <string>
 
@@ -10,5 +12,5 @@ inline constexpr const char* hostile_name = "</script><img src=x onerror=documen
 
 /// Writes pictures, a film and index.html into the folder; cases 0..5: a moved cube, edge noise, equal
 /// pictures, a sequence of 12 frames (5 to 7 changed, 6 the worst), a missing candidate, and one with a
-/// hostile name. picture_bytes: see write_report_page.
-void write_sample_report(const std::filesystem::path& folder, std::uintmax_t picture_bytes);
+/// hostile name.
+void write_sample_report(const std::filesystem::path& folder, diff::PagePictures pictures);

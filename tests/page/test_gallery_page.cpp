@@ -19,7 +19,7 @@ const fs::path gallery_dir = test::out_folder("page/gallery");
 
 void write_sample_gallery() {
     fs::remove_all(gallery_dir);
-    write_sample_report(gallery_dir / "check", 0);
+    write_sample_report(gallery_dir / "check", diff::PagePictures::linked);
     diff::Gallery gallery;
     gallery.program = "tumble 0.1.0";
     gallery.reports = {{"check", "check/index.html", 6, 4}};

@@ -26,7 +26,7 @@ std::string url_of(const fs::path& page) {
 class report_page : public testing::Test {
 protected:
     static void SetUpTestSuite() {
-        write_sample_report(out_dir / "report", diff::page_picture_bytes);
+        write_sample_report(out_dir / "report", diff::PagePictures::inside);
         browser_ = std::make_unique<Browser>(out_dir / "browser");
     }
     static void TearDownTestSuite() { browser_.reset(); }
@@ -325,10 +325,10 @@ TEST_F(report_page, on_a_phone_list_and_case_take_turns) {
     EXPECT_EQ(browser().value("document.scrollingElement.scrollWidth"), 390);
 }
 
-TEST_F(report_page, pictures_beyond_the_limit_are_linked) {
-    write_sample_report(out_dir / "report_linked", 3000);
+TEST_F(report_page, pictures_beside_the_page_are_shown) {
+    write_sample_report(out_dir / "report_linked", diff::PagePictures::linked);
     const std::string page = sim::read_text_file(out_dir / "report_linked" / "index.html");
-    EXPECT_NE(page.find("class=\"picture\""), std::string::npos);
+    EXPECT_EQ(page.find("class=\"picture\""), std::string::npos);
     browser().open(url_of(out_dir / "report_linked" / "index.html") + "#case=1");
     EXPECT_TRUE(
         browser().wait_for("[...document.querySelectorAll('.layer')].every(e => e.naturalWidth === 320)"));

@@ -208,7 +208,7 @@ function show_pixel({x, y}) {
         const color = color_at(side, x, y);
         const swatch = color ? [make('span', {class: 'swatch', style: `background:rgb(${color})`})] : [];
         const text = color         ? color.join(' ') :
-            samples[side] === null ? 'open this page over http to read values' :
+            samples[side] === null ? 'open this page over http, or make it with --one-page, to read values' :
                                      '–';
         parts.push(make('span', {class: side}, make('span', {class: 'muted'}, side + ' '), ...swatch, text));
         return color;
