@@ -69,7 +69,7 @@ sim::SceneDef load_drawn(const fs::path& file, const std::vector<std::string>& o
 /// are the same; else one, by which versions of Mesa differ. Processors without fused multiply-add round otherwise.
 double level_between(const diff::Origin& a, const diff::Origin& b, bool is_same_scene) {
     if (a.processor != b.processor) {
-        return diff::any_level;
+        return diff::not_asked;
     }
     return is_same_scene && a.renderer == b.renderer && a.state_hash == b.state_hash &&
                    a.shaders_hash == b.shaders_hash

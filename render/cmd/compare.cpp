@@ -71,8 +71,9 @@ diff::Settings compare_settings(const CompareOptions& options) {
     }
     settings.pair.ignored_bodies = options.ignored_bodies;
     if (options.calibrates) {
+        constexpr double any_value = 1e9;
         for (diff::Limit& limit : settings.pair.limits.of) {
-            limit = {diff::any_pixels, "calibration"}; // all is measured
+            limit = {any_value, "calibration"}; // all is measured
         }
     }
     if (!options.limits.empty() && !options.calibrates) {

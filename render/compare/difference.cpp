@@ -1,6 +1,7 @@
 #include "render/compare/difference.h"
 
 #include "render/compare/drift.h"
+#include "render/compare/edge_shift.h"
 #include "render/compare/rows.h"
 
 #include <algorithm>
@@ -108,20 +109,6 @@ void measure_steps(const Picture& a, const Picture& b, std::vector<std::uint8_t>
     }
 }
 
-/// Sum of the squared steps from the pixels of a row to the next ones in x and y.
-double squared_steps(const Picture& picture, int y) {
-    const std::size_t n = row_bytes(picture);
-    Row at = row_of(picture, y);
-    Row down = row_of(picture, y + 1);
-    constexpr std::size_t part = 3 * 4096; // whose sum an integer of 32 bits holds
-    std::int64_t total = 0;
-    for (std::size_t begin = 0; begin + 3 < n; begin += part) {
-        const std::size_t count = std::min(part, n - 3 - begin);
-        total += sum_of_squares(at + begin + 3, at + begin, count) + sum_of_squares(down + begin, at + begin, count);
-    }
-    return static_cast<double>(total);
-}
-
 /// For each row whether one within `reach` is set.
 std::vector<bool> widened(const std::vector<bool>& rows, int reach) {
     std::vector<bool> wide(rows.size());
@@ -141,8 +128,15 @@ void set_size(Picture& picture, const Picture& like) {
     picture.rgb.resize(like.rgb.size());
 }
 
-/// All of the map but its drift. drift: adds the rows, and has the steps measured; null if neither is wanted.
-void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftSums* drift) {
+/// What a verdict needs, and a picture of the difference does not.
+struct Sums {
+    DriftSums drift;
+    SquareSums squares;
+    explicit Sums(const Picture& picture) : drift(picture), squares(picture) {}
+};
+
+/// All of the map but its drift and squares. sums: adds the rows, and has the steps measured; null if neither is wanted.
+void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, Sums* sums) {
     map.width = a.width;
     map.height = a.height;
     const auto width = static_cast<std::size_t>(a.width);
@@ -155,11 +149,11 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftS
     map.drift = {};
     const std::vector<bool> has_differences = measure_raw(a, b, map);
     map.steps.assign(pixels, 0);
-    map.sharpness = {};
+    map.squares.clear();
     if (map.largest <= rounding_levels) {
         return;
     }
-    if (drift != nullptr) {
+    if (sums != nullptr) {
         measure_steps(a, b, map.steps);
     }
 
@@ -167,11 +161,11 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftS
     set_size(map.candidate, b);
     const std::vector<bool> needs_smooth = widened(has_differences, shift_reach);
     const std::size_t n = row_bytes(a);
-    std::vector<std::uint16_t> sums;
+    std::vector<std::uint16_t> columns;
     for (int y = 0; y < a.height; ++y) {
         if (needs_smooth[static_cast<std::size_t>(y)]) {
-            smooth_row(a, y, sums, map.reference.rgb.data() + n * static_cast<std::size_t>(y));
-            smooth_row(b, y, sums, map.candidate.rgb.data() + n * static_cast<std::size_t>(y));
+            smooth_row(a, y, columns, map.reference.rgb.data() + n * static_cast<std::size_t>(y));
+            smooth_row(b, y, columns, map.candidate.rgb.data() + n * static_cast<std::size_t>(y));
         }
     }
 
@@ -193,23 +187,31 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, DriftS
         raise_excess(pa, pb, range_a.row(), n, channels.data());
         raise_excess(pb, pa, range_b.row(), n, channels.data());
         largest_channel(channels.data(), width, map.excess.data() + width * static_cast<std::size_t>(y));
-        if (drift != nullptr) {
-            map.sharpness[0] += squared_steps(map.reference, y);
-            map.sharpness[1] += squared_steps(map.candidate, y);
-            drift->add_row(pa, pb, range_a.row(), range_b.row(), y);
+        if (sums != nullptr) {
+            sums->drift.add_row(pa, pb, range_a.row(), range_b.row(), y);
         }
     }
-    if (drift != nullptr) {
-        drift->finish_band();
+    if (sums == nullptr) {
+        return;
     }
+    sums->drift.finish_band();
+    // Of whole windows, so that the steps of rows without differences count.
+    const std::vector<bool> needs_squares = widened(has_differences, shift_window);
+    for (int y = 0; y < a.height; ++y) {
+        if (needs_squares[static_cast<std::size_t>(y)]) {
+            sums->squares.add_row(map.reference, map.candidate, y);
+        }
+    }
+    sums->squares.finish_band();
+    map.squares = sums->squares.cells();
 }
 
 } // namespace
 
 void measure(const Picture& a, const Picture& b, DifferenceMap& map) {
-    DriftSums drift(a);
-    measure_maps(a, b, map, &drift);
-    drift.find_block(map.drift);
+    Sums sums(a);
+    measure_maps(a, b, map, &sums);
+    sums.drift.find_block(map.drift);
 }
 
 void measure_hidden(const Picture& a, const Picture& b, const Picture& masked, DifferenceMap& map) {
@@ -258,29 +260,6 @@ std::vector<std::int32_t> count_in_cells(const std::vector<std::uint8_t>& values
         }
     }
     return cells;
-}
-
-Peak densest_window(const std::vector<std::int32_t>& cells, int width, int height, int size) {
-    const int columns = cell_count(width);
-    const int rows = cell_count(height);
-    const int side = size / cell_size;
-    const auto cell = [&](int row, int column) { return cells[static_cast<std::size_t>(row * columns + column)]; };
-    Peak best;
-    std::vector<std::int32_t> sums(static_cast<std::size_t>(columns)); // of the rows of the window, by column
-    for (int bottom = 0; bottom < rows; ++bottom) {
-        for (int c = 0; c < columns; ++c) {
-            sums[static_cast<std::size_t>(c)] += cell(bottom, c) - (bottom >= side ? cell(bottom - side, c) : 0);
-        }
-        std::int32_t sum = 0;
-        for (int right = 0; right < columns; ++right) {
-            sum += sums[static_cast<std::size_t>(right)];
-            sum -= right >= side ? sums[static_cast<std::size_t>(right - side)] : 0;
-            if (sum > best.value) {
-                best = {sum, std::max(right - side + 1, 0) * cell_size, std::max(bottom - side + 1, 0) * cell_size};
-            }
-        }
-    }
-    return best;
 }
 
 } // namespace diff

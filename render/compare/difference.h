@@ -33,7 +33,7 @@ struct Drift {
     int x = 0;              ///< [px] upper left corner of that block
     int y = 0;              ///< [px]
 };
-inline constexpr int drift_block = 64; ///< [px]
+inline constexpr int drift_block = 32; ///< [px]
 
 /// Signed differences, of at most what counts as drift, that masks hide. Of each channel.
 struct HiddenSigns {
@@ -43,6 +43,12 @@ struct HiddenSigns {
     };
     std::array<Sum, 3> up{};   ///< where the candidate is larger
     std::array<Sum, 3> down{};
+};
+
+/// Sums of squares over a cell of two pictures out of focus [levels^2].
+struct SquareCell {
+    std::uint32_t differences = 0;
+    std::uint32_t steps[2] = {}; ///< of reference and candidate, to the right or below
 };
 
 /// A map that is used again costs no new memory.
@@ -60,8 +66,7 @@ struct DifferenceMap {
     // What masks hide tells of noise all the same; see measure_hidden().
     std::vector<std::uint8_t> whole_raw; ///< [height * width] raw without masks; empty if there are none
     HiddenSigns hidden;
-    /// [levels^2] squared steps between neighbours out of focus, of reference and candidate, in those rows.
-    std::array<double, 2> sharpness{};
+    std::vector<SquareCell> squares; ///< by cell, in rows near differences; empty if there are none
     Picture reference;                ///< valid in the rows near differences
     Picture candidate;
     Drift drift;
@@ -75,7 +80,7 @@ void measure_hidden(const Picture& a, const Picture& b, const Picture& masked, D
 /// There are no masks.
 void forget_hidden(DifferenceMap& map);
 
-/// The same but for steps and drift, which a picture of the difference does not show.
+/// The same but for steps, squares and drift, which a picture of the difference does not show.
 void measure_excess(const Picture& a, const Picture& b, DifferenceMap& map);
 
 /// The place of the largest sum.
@@ -87,9 +92,5 @@ struct Peak {
 
 /// For each cell, rows of cells from the top: how many of its pixels have a value above `level`.
 std::vector<std::int32_t> count_in_cells(const std::vector<std::uint8_t>& values, int width, int height, int level);
-
-/// Largest sum of cells in one window of size x size [px]; size: a multiple of cell_size. Windows lie at multiples
-/// of cell_size.
-Peak densest_window(const std::vector<std::int32_t>& cells, int width, int height, int size);
 
 } // namespace diff

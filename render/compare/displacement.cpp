@@ -328,7 +328,7 @@ Displacement fit_between(const Picture& a, const Picture& b, const DifferenceMap
         return std::hypot(u.x, u.y) < far_shift || spread_along(map, points, u) > least_spread * std::hypot(u.x, u.y);
     };
     auto [shift, rest] = fit.refined(points, {});
-    if (rest > far_rest * before) {
+    if (reach > 0 && rest > far_rest * before) {
         const Shift start = fit.whole_shift(points_of(area, a.width, a.height, most_search_points), reach);
         const auto [moved, least] = fit.refined(points, start);
         if (least < rest && is_seen(moved)) {

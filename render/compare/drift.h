@@ -91,7 +91,7 @@ private:
     Bytes spread_;                   ///< of one row
 };
 
-/// Larger differences [levels] are no drift, but of edges, or what the gate `spot` counts.
+/// Larger differences [levels] are no drift, but of edges, or something that has come or gone.
 inline constexpr std::uint8_t drift_levels = 16;
 
 /// Signed differences of each channel, added up by column first: so their sums are vector instructions.

@@ -2,6 +2,7 @@
 
 #include "render/compare/displacement.h"
 #include "render/compare/edge_noise.h"
+#include "render/compare/edge_shift.h"
 #include "render/compare/stray.h"
 #include "render/compare/texts.h"
 
@@ -15,15 +16,7 @@ namespace diff {
 
 namespace {
 
-constexpr int faint_size = 32; ///< [px]
-constexpr int spot_size = 8;    ///< [px]
 constexpr int cluster_excess = 8; ///< [levels] beyond an edge's noise, by which a pixel tells what a cluster is
-constexpr int spot_levels = 16;
-constexpr int faint_levels = 4;
-/// Share of the edge pixels of a window or spot that may be beyond where edges differ everywhere: up to 0.25 of 32 x 32,
-/// and 0.65 of 8 x 8 with thin gaps between bodies, where bodies are a few pixels large.
-constexpr double faint_grant = 0.35;
-constexpr double spot_grant = 0.5;
 /// Sharpness that a pixel has at least [levels^2], so that a dot in an empty picture does not make it sharp.
 constexpr double grain_square = 4.0;
 
@@ -44,6 +37,8 @@ constexpr int part_side = 48;
 constexpr std::size_t most_fits = 32;
 constexpr std::size_t most_fits_if_changed = 8;
 constexpr std::size_t most_clusters = 16;
+/// A cluster is noise that has no more pixels beyond an edge's.
+constexpr int most_noise_pixels = 12;
 
 /// Gates of one pair in the making.
 class Findings {
@@ -55,7 +50,10 @@ public:
     std::vector<Cluster> clusters;
 
     void find() {
-        add_windows();
+        const EdgeShift shift = farthest_shift(map_);
+        add(GateId::edge_shift, shift.pixels, "px",
+            fmt::format("the {0}x{0} pixels at ({1}, {2}) differ as if their edges were moved by {3:.2f} px", shift_window,
+                        shift.x, shift.y, shift.pixels));
         add(GateId::drift, std::abs(map_.drift.mean) * map_.drift.one_sided, "levels",
             fmt::format("pixels differ by {:+.2f} levels on average, {:.0f} % of them one way", map_.drift.mean,
                         50.0 + 50.0 * map_.drift.one_sided));
@@ -66,10 +64,8 @@ public:
         add_stray();
         add_sharpness();
         add_texts();
-        if (limits_[GateId::levels].value < any_level) {
-            add(GateId::levels, map_.largest, "levels",
-                fmt::format("{} pixels differ by up to {} levels", map_.differing, map_.largest));
-        }
+        add(GateId::levels, map_.largest, "levels",
+            fmt::format("{} pixels differ by up to {} levels", map_.differing, map_.largest));
         add_displacement();
     }
 
@@ -80,24 +76,10 @@ public:
 private:
     void add(GateId id, double value, const char* unit, std::string reason) {
         const Limit& limit = limits_[id];
+        if (limit.value == not_asked) {
+            return;
+        }
         gates.push_back({name_of(id), value, limit.value, unit, std::move(reason), limit.source, value > limit.value});
-    }
-
-    void add_windows() {
-        const double noise = edges_.everywhere();
-        const auto add_window = [&](GateId id, int level, int size, double granted, const char* what) {
-            const double allowance = granted * noise;
-            const std::vector<std::int32_t> cells = count_in_cells(map_.excess, map_.width, map_.height, level);
-            const EdgePeak peak = edges_.densest_beyond(cells, size, allowance);
-            add(id, peak.beyond, "px",
-                fmt::format("{} pixels of the {}x{} at ({}, {}) are {} than an edge's noise{}", peak.pixels, size, size,
-                            peak.x, peak.y, what,
-                            allowance > 0.0 && peak.pixels > peak.beyond
-                                ? fmt::format(", less {:.0f} for edges that differ everywhere", peak.pixels - peak.beyond)
-                                : std::string()));
-        };
-        add_window(GateId::spot, spot_levels, spot_size, spot_grant, "much more");
-        add_window(GateId::faint, faint_levels, faint_size, faint_grant, "a little more");
     }
 
     void add_lone() {
@@ -115,10 +97,15 @@ private:
     }
 
     void add_sharpness() {
-        const double grain = grain_square * map_.width * map_.height;
-        const auto [less, more] = std::minmax(map_.sharpness[0], map_.sharpness[1]);
+        const double grain = grain_square * map_.width * map_.height / square_rows;
+        double steps[2] = {};
+        for (const SquareCell& cell : map_.squares) {
+            steps[0] += cell.steps[0];
+            steps[1] += cell.steps[1];
+        }
+        const auto [less, more] = std::minmax(steps[0], steps[1]);
         add(GateId::sharpness, 100.0 * (1.0 - (less + grain) / (more + grain)), "%",
-            map_.sharpness[1] < map_.sharpness[0] ? "the candidate is less sharp" : "the candidate is sharper");
+            steps[1] < steps[0] ? "the candidate is less sharp" : "the candidate is sharper");
     }
 
     void add_texts() {
@@ -132,13 +119,15 @@ private:
     /// Clusters, and the farthest shift that explains one of them, or one of its parts.
     void add_displacement() {
         std::vector<Area> areas = find_areas(map_, cluster_levels);
+        // Far shifts exceed the edge shift: of a pair that holds it they are chance, where a pattern repeats.
+        const int reach = is_exceeded() ? search_reach : 0;
         std::size_t fits_left = is_exceeded() ? most_fits_if_changed : most_fits;
         Displacement farthest;
         Box place;
         const auto fit = [&](const Area& area) {
             --fits_left;
-            const Displacement forth = fit_displacement(map_, area, search_reach);
-            const Displacement back = fit_backwards(map_, area, search_reach);
+            const Displacement forth = fit_displacement(map_, area, reach);
+            const Displacement back = fit_backwards(map_, area, reach);
             for (const Displacement& u : {forth, back}) {
                 if (is_explained(area, u) && std::hypot(u.x, u.y) > std::hypot(farthest.x, farthest.y)) {
                     farthest = u;
@@ -180,7 +169,7 @@ private:
         if (is_explained(area, u) && std::hypot(u.x, u.y) > limits_[GateId::displacement].value) {
             return ClusterKind::moved;
         }
-        if (excess_pixels(area) <= limits_[GateId::spot].value) {
+        if (excess_pixels(area) <= most_noise_pixels) {
             return ClusterKind::noise;
         }
         return has_same_edges(area) ? ClusterKind::recoloured : ClusterKind::replaced;
@@ -292,7 +281,7 @@ Picture on_white(const Picture& picture) {
 } // namespace
 
 const char* name_of(GateId id) {
-    constexpr const char* names[] = {"spot",        "faint", "displacement", "drift", "block drift", "lone",
+    constexpr const char* names[] = {"edge shift", "displacement", "drift", "block drift", "lone",
                                      "stray",       "sharpness", "text",        "levels"};
     return names[static_cast<int>(id)];
 }
@@ -305,12 +294,12 @@ Limits lossy_limits(const Limits& limits, bool is_jpeg) {
             limit.value = value;
         }
     };
-    set(GateId::spot, 6.0); // a quarter of the pixels, half of them for the blur
-    set(GateId::faint, 150.0);
-    // A JPEG file has plain colours up to two levels off, all of a picture the same way.
-    set(GateId::block_drift, is_jpeg ? 2.2 : 1.4);
-    set(GateId::drift, is_jpeg ? 2.2 : limits[GateId::drift].value);
-    set(GateId::lone, any_pixels);
+    set(GateId::lone, not_asked);
+    set(GateId::displacement, limits[GateId::edge_shift].value);
+    set(GateId::block_drift, 2.4);
+    if (is_jpeg) { // which has plain colours up to two levels off, all of a picture the same way
+        set(GateId::drift, 2.2);
+    }
     return lossy;
 }
 

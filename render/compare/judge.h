@@ -5,14 +5,14 @@
 #include "render/compare/result.h"
 
 #include <array>
+#include <limits>
 #include <string>
 
 namespace diff {
 
 /// The conditions of tier `noise`.
 enum class GateId {
-    spot,         ///< pixels much beyond an edge's noise in one window of 8 x 8: something small
-    faint,        ///< pixels a little beyond it in one window of 32 x 32: a faint change of an area
+    edge_shift,   ///< shift by which the edges of one window of 8 x 8 would differ as much [px]
     displacement, ///< shift of a cluster [px]
     drift,        ///< mean signed difference of all pixels, by how far it is one-sided [levels]
     block_drift,  ///< the same of one block
@@ -22,9 +22,9 @@ enum class GateId {
     text,         ///< lines of text that differ, of pictures whose files tell what is written over them
     levels,       ///< largest difference [levels]: where both are known to be drawn with the same samples
 };
-inline constexpr std::size_t gate_count = 10;
-inline constexpr double any_pixels = 1e9;  ///< limit of a gate that does not hold
-inline constexpr double any_level = 255.0; ///< limit of `levels` that all pictures hold: the gate is then left out
+inline constexpr std::size_t gate_count = 9;
+/// Limit of a gate that is left out.
+inline constexpr double not_asked = std::numeric_limits<double>::infinity();
 
 /// A gate's limit and where it is from.
 struct Limit {
@@ -35,12 +35,12 @@ struct Limit {
 /// Of GateId. README.md in this folder has the pictures that the defaults were chosen by.
 struct Limits {
     std::array<Limit, gate_count> of{
-        {{12.0}, {200.0}, {0.62}, {0.22}, {0.9}, {10.0}, {14.0}, {12.0}, {0.0}, {any_level}}};
+        {{0.75}, {0.62}, {0.22}, {0.9}, {10.0}, {14.0}, {12.0}, {0.0}, {not_asked}}};
 
     const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
 };
 
-/// For pairs of films and JPEG files at half the size, where no limit was asked for: encoders blur and ring, at every edge.
+/// For pairs of films and JPEG files, where no limit was asked for: encoders blur and ring, at every edge.
 Limits lossy_limits(const Limits& limits, bool is_jpeg);
 
 /// The name used in JSON and by --limit: "spot", "block drift", ...

@@ -38,7 +38,7 @@ std::string proposed_limits(const Comparison& comparison, const Limits& least) {
     for (std::size_t i = 0; i < gate_count; ++i) {
         const auto id = static_cast<GateId>(i);
         const double limit = proposed_limit(comparison, name_of(id), least[id].value);
-        if (id != GateId::levels || limit < any_level) { // otherwise the gate is not asked for
+        if (limit < not_asked) {
             json[name_of(id)] = limit;
         }
     }

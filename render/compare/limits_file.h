@@ -8,7 +8,7 @@
 
 namespace diff {
 
-/// {"spot": 12, ...}: for each gate 1.25 times the largest value found in the comparison, but no less than
+/// {"edge shift": 0.9, ...}: for each gate 1.25 times the largest value found in the comparison, but no less than
 /// `least` says.
 std::string proposed_limits(const Comparison& comparison, const Limits& least);
 

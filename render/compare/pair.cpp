@@ -19,7 +19,7 @@ constexpr int first_noise = ramp;
 constexpr int first_counted = 2 * ramp;
 constexpr int only_one = 3 * ramp;
 
-/// Excess [levels] from which on a pixel is shown as counted: between those of the gates `faint` and `spot`.
+/// Excess [levels] from which on a pixel is shown as more than an edge's noise.
 constexpr int counted_levels = 8;
 
 Bytes make_palette() {
@@ -199,66 +199,10 @@ void clear(Picture& picture) {
     picture.width = picture.height = 0;
 }
 
-/// Means of 2 x 2 pixels.
-void halve(const Picture& picture, Picture& half) {
-    half.width = (picture.width + 1) / 2;
-    half.height = (picture.height + 1) / 2;
-    half.rgb.resize(static_cast<std::size_t>(half.width) * static_cast<std::size_t>(half.height) * 3);
-    const auto row = [&picture](int y) {
-        return picture.rgb.data() + static_cast<std::size_t>(std::min(y, picture.height - 1)) *
-                                        static_cast<std::size_t>(picture.width) * 3;
-    };
-    std::uint8_t* out = half.rgb.data();
-    for (int y = 0; y < half.height; ++y) {
-        const std::uint8_t* upper = row(2 * y);
-        const std::uint8_t* lower = row(2 * y + 1);
-        for (int x = 0; x < half.width; ++x) {
-            const int left = 2 * x * 3;
-            const int right = std::min(2 * x + 1, picture.width - 1) * 3;
-            for (int c = 0; c < 3; ++c) {
-                const int sum = upper[left + c] + upper[right + c] + lower[left + c] + lower[right + c];
-                *out++ = static_cast<std::uint8_t>((sum + 2) / 4);
-            }
-        }
-    }
-}
-
-/// Judges at half the size, where an encoder's errors are small; places and shifts are those of the whole pictures.
-void judge_lossy(const PairSettings& settings, PairMemory& memory, Frame& frame) {
-    measure_excess(memory.a, memory.b, memory.map);
-    if (memory.map.largest == 0) {
-        frame.tier = Tier::identical;
-        frame.message = "the same pixels";
-        return;
-    }
-    halve(memory.a, memory.half_a);
-    halve(memory.b, memory.half_b);
-    if (memory.unmasked.width > 0) {
-        halve(memory.unmasked, memory.half_unmasked);
-        measure_hidden(memory.half_a, memory.half_unmasked, memory.half_b, memory.half_map);
-    }
-    judge(memory.half_a, memory.half_b, lossy_limits(settings.limits, settings.is_jpeg), memory.half_map, frame);
-    frame.tier = std::max(frame.tier, Tier::noise);
-    frame.differing_pixels = memory.map.differing;
-    frame.largest_difference = memory.map.largest;
-    frame.mean_difference = memory.map.mean;
-    for (Cluster& cluster : frame.clusters) {
-        for (int* length : {&cluster.box.x, &cluster.box.y, &cluster.box.width, &cluster.box.height}) {
-            *length *= 2;
-        }
-        cluster.pixels *= 4;
-        cluster.displacement.x *= 2.0;
-        cluster.displacement.y *= 2.0;
-    }
-}
-
 void judge_or_measure(const PairSettings& settings, PairMemory& memory, Frame& frame) {
-    if (settings.judges && settings.is_lossy) {
-        judge_lossy(settings, memory, frame);
-        return;
-    }
     if (settings.judges) {
-        judge(memory.a, memory.b, settings.limits, memory.map, frame);
+        const Limits limits = settings.is_lossy ? lossy_limits(settings.limits, settings.is_jpeg) : settings.limits;
+        judge(memory.a, memory.b, limits, memory.map, frame);
         return;
     }
     measure_excess(memory.a, memory.b, memory.map);
@@ -272,7 +216,6 @@ bool is_jpeg(const Bytes& bytes) {
 void mask_pair(const Mask& mask, PairMemory& memory) {
     clear(memory.unmasked);
     forget_hidden(memory.map);
-    forget_hidden(memory.half_map);
     if (!mask.is_empty()) {
         memory.unmasked = memory.b;
         apply_mask(mask, memory.a, memory.b);

@@ -19,7 +19,7 @@ struct PairSettings {
     PictureLimits accepted;
     Mask mask;
     std::vector<std::string> ignored_bodies; ///< names
-    bool is_lossy = false; ///< films and JPEG: judged at half the size, since their colours have no more pixels
+    bool is_lossy = false; ///< films and JPEG, whose encoders blur and ring
     bool is_jpeg = false;  ///< one of them is a JPEG file, which has plain colours a little off; lossy
     bool takes_thumbnails = false; ///< of what is decoded
     bool judges = true; ///< false: only measured, for difference_picture(); the tier is then identical or changed
@@ -36,11 +36,6 @@ struct PairMemory {
     std::optional<Thumbnail> thumbnail_a; ///< without masks
     std::optional<Thumbnail> thumbnail_b;
     Picture unmasked; ///< b without masks; of no size if there are none
-    // Of lossy pairs: at half the size.
-    Picture half_a;
-    Picture half_b;
-    Picture half_unmasked;
-    DifferenceMap half_map;
 };
 
 /// The two files of a frame; none where a side has no such frame.

@@ -122,15 +122,6 @@ ROW_LOOP void add_above(Row values, std::size_t n, std::uint8_t bound, std::uint
     }
 }
 
-ROW_LOOP std::int32_t sum_of_squares(Row a, Row b, std::size_t n) {
-    std::int32_t sum = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-        const auto d = static_cast<std::int16_t>(a[i] - b[i]);
-        sum += d * d;
-    }
-    return sum;
-}
-
 ROW_LOOP void add_signed(Row a, Row b, std::size_t n, SignedColumns columns) {
     std::int16_t* __restrict sums = columns.sums;
     std::int16_t* __restrict balances = columns.balances;
@@ -152,6 +143,13 @@ ROW_LOOP void add_where_flat(Row a, Row b, Spread spread, std::size_t n, std::in
         const auto d = static_cast<std::int16_t>(b[i] - a[i]);
         const bool counts = (of[i] <= most) & (apart(a[i], b[i]) > least);
         sums[i] = static_cast<std::int16_t>(sums[i] + (counts ? d : std::int16_t{0}));
+    }
+}
+
+ROW_LOOP void add_squares(Row values, std::size_t n, std::uint32_t* __restrict sums) {
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::uint32_t v = values[i];
+        sums[i] += v * v;
     }
 }
 

@@ -49,8 +49,6 @@ std::uint8_t largest_of(Row values, std::size_t n);
 /// Number of values above `bound`, n < 2^31; and for each value, added to `counts`.
 int count_above(Row values, std::size_t n, std::uint8_t bound);
 void add_above(Row values, std::size_t n, std::uint8_t bound, std::uint8_t* counts);
-/// Sum of squares of a - b, n <= 32768.
-std::int32_t sum_of_squares(Row a, Row b, std::size_t n);
 
 /// Columns of signed differences b - a of at most `most` levels, of the signs of those, and of how many are not 0.
 struct SignedColumns {
@@ -67,6 +65,9 @@ struct Spread {
     std::uint8_t least;
 };
 void add_where_flat(Row a, Row b, Spread spread, std::size_t n, std::int16_t* sums);
+
+/// Adds the square of each value.
+void add_squares(Row values, std::size_t n, std::uint32_t* sums);
 
 /// A quarter of each pixel's brightness, 0 to 63.
 void quarter_grey(Row channels, std::size_t pixels, std::uint8_t* out);

@@ -349,7 +349,7 @@ TEST_F(sequence, calibrated_limits_pass_what_they_were_made_from) {
         sim::write_file(folder / "b.png", diff::encode_png(other));
         settings.pair.limits = {};
         ASSERT_TRUE(compared("a.png", "b.png").is_failed);
-        settings.pair.limits.of.fill({diff::any_pixels, "calibration"});
+        settings.pair.limits.of.fill({1e9, "calibration"});
         diff::Comparison comparison;
         comparison.cases.push_back(compared("a.png", "b.png"));
         sim::write_file(folder / "limits.json", diff::proposed_limits(comparison, {}));

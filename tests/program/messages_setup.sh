@@ -22,7 +22,7 @@ head -c 200 a.png >short.png
 cp other/block/frames/frame_000000.png small.png
 printf '[1]' >list.json
 printf '{"windows": 3}' >gate.json
-printf '{"spot": -3}' >value.json
+printf '{"edge shift": -3}' >value.json
 printf 'v 0 0 0\nv 1 0 zero\n' >word.obj
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n' >flat.obj
 hull='[[body]]\nname = "rock"\nshape = { kind = "hull", file = "%s" }\ndensity = 1000\n'

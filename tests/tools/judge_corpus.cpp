@@ -1,9 +1,10 @@
 /// Writes the pairs of pictures by which the judge of comparisons is judged: real drawings of all scenes, edited states,
-/// other samples, other encodings. Arguments: FOLDER SCENE.toml...
+/// other samples, other encodings. Arguments: FOLDER SEED SCENE.toml...
 ///
-///     FOLDER/seen/CLASS/NAME.a.png, .b.png      four of five pairs; limits may be chosen by them
-///     FOLDER/unseen/CLASS/...                   every fifth pair of each class
+///     FOLDER/seen/CLASS/NAME.a.png, .b.png      four of five pairs of seed 0; limits may be chosen by them
+///     FOLDER/unseen/CLASS/...                   every fifth pair of each class; of any other seed all pairs, of other moments
 ///
+/// As of a stranger's pictures, no file tells which texts are written over it.
 /// A class begins with "noise", or with "changed"; those of films and JPEG files have "film" or "JPEG" in their name.
 #include "render/compare/picture.h"
 #include "render/film/video_reader.h"
@@ -20,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -178,17 +180,19 @@ Image as_jpeg(const Image& image, int quality) {
 
 class Corpus {
 public:
-    explicit Corpus(fs::path folder) : folder_(std::move(folder)) { fs::create_directories(folder_); }
+    Corpus(fs::path folder, bool has_seen) : folder_(std::move(folder)), has_seen_(has_seen) { fs::create_directories(folder_); }
 
     const fs::path& folder() const { return folder_; }
 
-    void add(const std::string& kind, const std::string& name, const Image& a, const Image& b) {
+    void add(const std::string& kind, const std::string& name, Image a, Image b) {
         if (a.rgb == b.rgb) {
             return; // nothing is to be seen of the change
         }
         const int number = counts_[kind]++;
-        const fs::path place = folder_ / (number % 5 == 4 ? "unseen" : "seen") / kind;
+        const fs::path place = folder_ / (has_seen_ && number % 5 != 4 ? "seen" : "unseen") / kind;
         fs::create_directories(place);
+        a.texts.clear();
+        b.texts.clear();
         sim::write_file_unsynced(place / fmt::format("{}_{:03}.a.png", name, number), render::encode_png(a));
         sim::write_file_unsynced(place / fmt::format("{}_{:03}.b.png", name, number), render::encode_png(b));
     }
@@ -204,6 +208,7 @@ public:
 
 private:
     fs::path folder_;
+    bool has_seen_;
     std::map<std::string, int> counts_;
 };
 
@@ -272,10 +277,12 @@ public:
         corpus_.add("noise film of another crf", name_, good, small);
         corpus_.add("noise film and its frames", name_, picture_, good);
         for_bodies(1, [&](std::size_t body) {
-            corpus_.add("changed film body moved 2 px", name_, good,
-                        filmed(draw(moved(body, 2.0)), corpus_.folder(), 23, "ultrafast"));
-            corpus_.add("changed film body missing", name_, good,
-                        filmed(draw(without(body)), corpus_.folder(), 18, "veryfast"));
+            if_seen(draw(moved(body, 2.0)), [&](const Image& other) {
+                corpus_.add("changed film body moved 2 px", name_, good, filmed(other, corpus_.folder(), 23, "ultrafast"));
+            });
+            if_seen(draw(without(body)), [&](const Image& other) {
+                corpus_.add("changed film body missing", name_, good, filmed(other, corpus_.folder(), 18, "veryfast"));
+            });
         });
         Drawing bright = base_;
         bright.scene.light.sun_intensity *= 1.1;
@@ -289,8 +296,12 @@ public:
         corpus_.add("noise JPEG of another quality", name_, good, small);
         corpus_.add("noise JPEG and its picture", name_, picture_, as_jpeg(picture_, 90));
         for_bodies(1, [&](std::size_t body) {
-            corpus_.add("changed JPEG body moved 2 px", name_, good, as_jpeg(draw(moved(body, 2.0)), 85));
-            corpus_.add("changed JPEG body missing", name_, small, as_jpeg(draw(without(body)), 85));
+            if_seen(draw(moved(body, 2.0)), [&](const Image& other) {
+                corpus_.add("changed JPEG body moved 2 px", name_, good, as_jpeg(other, 85));
+            });
+            if_seen(draw(without(body)), [&](const Image& other) {
+                corpus_.add("changed JPEG body missing", name_, small, as_jpeg(other, 85));
+            });
         });
         Drawing bright = base_;
         bright.scene.light.sun_intensity *= 1.1;
@@ -376,7 +387,24 @@ public:
         }
     }
 
+    /// Bodies a tenth of the way to white.
+    void add_paler() {
+        for_bodies(2, [&](std::size_t body) {
+            Drawing d = base_;
+            sim::Vec3& color = d.scene.bodies[body].look.color;
+            color += 0.1 * (sim::Vec3::Ones() - color);
+            add("changed body a little paler", draw(d));
+        });
+    }
+
 private:
+    /// Not of a body that a title card hides: of a change that the drawings do not show, an encoder's noise shows nothing.
+    void if_seen(const Image& other, const std::function<void(const Image&)>& use) const {
+        if (other.rgb != picture_.rgb) {
+            use(other);
+        }
+    }
+
     void add(const std::string& kind, const Image& other) { corpus_.add(kind, name_, picture_, other); }
 
     Image sampled_text(const Image& large, const std::function<bool(int, int)>& takes) const {
@@ -431,21 +459,24 @@ private:
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 3) {
-        std::fprintf(stderr, "usage: judge_corpus FOLDER SCENE.toml...\n");
+    if (argc < 4) {
+        std::fprintf(stderr, "usage: judge_corpus FOLDER SEED SCENE.toml...\n");
         return 2;
     }
-    Corpus corpus(argv[1]);
-    for (int i = 2; i < argc; ++i) {
+    const auto seed = static_cast<unsigned>(std::strtoul(argv[2], nullptr, 10));
+    Corpus corpus(argv[1], seed == 0);
+    std::mt19937 random(seed);
+    for (int i = 3; i < argc; ++i) {
         const std::vector<std::string> text{"overlay.show=[\"title\",\"time\"]"};
         const sim::SceneDef scene = sim::load_scene(argv[i], text);
         sim::World world(scene, 1);
-        for (const auto& [time, height] : {std::pair{0.0, 360}, {0.3, 180}, {0.6, 360}}) {
+        for (auto [time, height] : {std::pair{0.0, 360}, {0.3, 180}, {0.6, 360}}) {
+            time += seed == 0 ? 0.0 : 0.3 * random() / 4294967296.0;
             while (world.time() < time) {
                 world.step();
             }
             Drawing drawing{scene, world.take_snapshot(), height * 16 / 9, height};
-            Pairs pairs(corpus, fs::path(argv[i]).stem().string(), drawing, static_cast<unsigned>(i * 10 + height));
+            Pairs pairs(corpus, fs::path(argv[i]).stem().string(), drawing, seed * 1000 + static_cast<unsigned>((i - 1) * 10 + height));
             pairs.add_noise();
             pairs.add_films();
             pairs.add_bodies();
@@ -453,7 +484,8 @@ int main(int argc, char** argv) {
             pairs.add_sharpness();
             pairs.add_text();
             pairs.add_view();
-            pairs.add_jpegs(); // last: those before keep their random numbers
+            pairs.add_jpegs();
+            pairs.add_paler(); // last: those before keep their random numbers
         }
     }
     std::filesystem::remove(corpus.folder() / "film.mp4");
