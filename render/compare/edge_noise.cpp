@@ -8,7 +8,8 @@ namespace diff {
 namespace {
 
 constexpr int edge_levels = 24;    ///< a step between neighbours is an edge [levels]
-constexpr int touched_levels = 8;  ///< a pixel differs [levels]
+constexpr int touched_levels = 8;  ///< a pixel differs, as other samples make it [levels]
+constexpr int lone_levels = 16;    ///< a pixel differs as one of a lone change [levels]
 constexpr int least_edge_pixels = 3; ///< of the 16 of a cell with an edge
 /// Cells with edges below which nothing is said about a picture's edges.
 constexpr int least_edge_cells = 50;
@@ -62,8 +63,8 @@ struct CellCounts {
     int columns;
     int rows;
     const std::vector<std::int32_t>& edges;
-    const std::vector<std::int32_t>& touched;
-    const std::vector<std::int32_t>& whole_touched; ///< those that masks hide too
+    const std::vector<std::int32_t>& lone;    ///< that differ much
+    const std::vector<std::int32_t>& touched; ///< that differ, those that masks hide too
 };
 
 /// What tells whether the change of a window is alone: the edges around it.
@@ -78,11 +79,11 @@ struct Surroundings {
 
     Surroundings(const CellCounts& cells, const Kind& of_kind)
         : kind(of_kind),
-          touched(cells.columns, cells.rows,
-                  [&](std::size_t i) { return !kind.is_text || cells.edges[i] >= kind.edge_pixels ? cells.touched[i] : 0; }),
+          lone(cells.columns, cells.rows,
+                  [&](std::size_t i) { return !kind.is_text || cells.edges[i] >= kind.edge_pixels ? cells.lone[i] : 0; }),
           edges(cells.columns, cells.rows, [&](std::size_t i) { return cells.edges[i] >= kind.edge_pixels; }),
           both(cells.columns, cells.rows,
-               [&](std::size_t i) { return cells.edges[i] >= kind.edge_pixels && cells.whole_touched[i] > 0; }) {}
+               [&](std::size_t i) { return cells.edges[i] >= kind.edge_pixels && cells.touched[i] > 0; }) {}
 
     /// Share of the cells with edges around the window that differ; 1 if there are hardly any.
     double share(int left, int top) const {
@@ -98,7 +99,7 @@ struct Surroundings {
     }
 
     Kind kind;
-    CellSums touched; ///< pixels that differ
+    CellSums lone;    ///< pixels that differ much
     CellSums edges;   ///< cells
     CellSums both;    ///< those of them that differ
 };
@@ -107,11 +108,11 @@ struct Surroundings {
 void raise_lone_peak(const Surroundings& around, const CellCounts& cells, LonePeak& peak) {
     constexpr int side = lone_size / cell_size;
     for (int top = 0; top == 0 || top + side <= cells.rows; ++top) {
-        if (around.touched.of(0, top, cells.columns, top + side) <= peak.value) {
+        if (around.lone.of(0, top, cells.columns, top + side) <= peak.value) {
             continue;
         }
         for (int left = 0; left == 0 || left + side <= cells.columns; ++left) {
-            const int pixels = around.touched.of(left, top, left + side, top + side);
+            const int pixels = around.lone.of(left, top, left + side, top + side);
             if (pixels <= peak.value) {
                 continue;
             }
@@ -127,10 +128,10 @@ void raise_lone_peak(const Surroundings& around, const CellCounts& cells, LonePe
 } // namespace
 
 EdgeNoise::EdgeNoise(const DifferenceMap& map, const std::vector<std::uint8_t>& whole_raw)
-    : map_(map), columns_(cell_count(map.width)), rows_(cell_count(map.height)),
+    : columns_(cell_count(map.width)), rows_(cell_count(map.height)),
       edges_(count_in_cells(map.steps, map.width, map.height, edge_levels)),
-      touched_(count_in_cells(map.raw, map.width, map.height, touched_levels)),
-      whole_touched_(whole_raw.empty() ? touched_ : count_in_cells(whole_raw, map.width, map.height, touched_levels)) {}
+      lone_(count_in_cells(map.raw, map.width, map.height, lone_levels)),
+      touched_(count_in_cells(whole_raw.empty() ? map.raw : whole_raw, map.width, map.height, touched_levels)) {}
 
 bool EdgeNoise::can_be_lone() const {
     constexpr int around = lone_size / cell_size + 2 * lone_margin;
@@ -138,13 +139,13 @@ bool EdgeNoise::can_be_lone() const {
     int touched = 0;
     for (std::size_t i = 0; i < edges_.size(); ++i) {
         cells += edges_[i] >= least_edge_pixels;
-        touched += edges_[i] >= least_edge_pixels && whole_touched_[i] > 0;
+        touched += edges_[i] >= least_edge_pixels && touched_[i] > 0;
     }
     return lone_grant * (touched - around * around) < double{lone_size} * lone_size * cells;
 }
 
 LonePeak EdgeNoise::lone_peak() const {
-    const CellCounts counts{columns_, rows_, edges_, touched_, whole_touched_};
+    const CellCounts counts{columns_, rows_, edges_, lone_, touched_};
     LonePeak result;
     if (can_be_lone()) {
         const Surroundings::Kind all{

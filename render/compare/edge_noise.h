@@ -20,7 +20,7 @@ struct LonePeak {
 
 class EdgeNoise {
 public:
-    /// map: after measure(); must outlive this. What is masked tells of noise too: whole_raw has the differences without
+    /// map: after measure(). What is masked tells of noise too: whole_raw has the differences without
     /// masks, empty if there are none.
     EdgeNoise(const DifferenceMap& map, const std::vector<std::uint8_t>& whole_raw);
 
@@ -30,12 +30,11 @@ private:
     /// False if so many edges differ that no window of any number of pixels is alone.
     bool can_be_lone() const;
 
-    const DifferenceMap& map_;
     int columns_;
     int rows_;
     std::vector<std::int32_t> edges_;   ///< edge pixels by cell
-    std::vector<std::int32_t> touched_; ///< differing pixels by cell
-    std::vector<std::int32_t> whole_touched_; ///< those that masks hide too
+    std::vector<std::int32_t> lone_;    ///< pixels by cell that differ much
+    std::vector<std::int32_t> touched_; ///< those that differ, and those that masks hide too
 };
 
 } // namespace diff

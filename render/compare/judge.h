@@ -35,7 +35,7 @@ struct Limit {
 /// Of GateId. README.md in this folder has the pictures that the defaults were chosen by.
 struct Limits {
     std::array<Limit, gate_count> of{
-        {{0.75}, {0.62}, {0.22}, {0.9}, {10.0}, {14.0}, {12.0}, {0.0}, {not_asked}}};
+        {{0.85}, {0.7}, {0.22}, {0.9}, {8.0}, {14.0}, {12.0}, {0.0}, {not_asked}}};
 
     const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
 };

@@ -146,7 +146,7 @@ const Change changes[] = {
     {"5 % brighter", "drift", [](const Scene& s, std::size_t) { return test::each_channel(paint(s, grid_pattern(2)), [](double v) { return v * 1.05; }); }},
     {"gamma 1.05", "drift", [](const Scene& s, std::size_t) { return test::each_channel(paint(s, grid_pattern(2)), [](double v) { return 255 * std::pow(v / 255, 1.05); }); }},
     {"sky 8 levels darker", "block drift", [](Scene s, std::size_t) { s.sky[1] -= 8; return paint(s, grid_pattern(2)); }},
-    {"moved by 1 px among noise", nullptr, [](Scene s, std::size_t i) { s.shapes[i].x -= 1.0; return edge_noise(paint(s, grid_pattern(2)), 5); }},
+    {"moved by 1.25 px among noise", nullptr, [](Scene s, std::size_t i) { s.shapes[i].x -= 1.25; return edge_noise(paint(s, grid_pattern(2)), 5); }},
 };
 
 /// Scenes that nothing was chosen by.
