@@ -160,7 +160,7 @@ public:
         }
         const diff::Source after = source_of(drawn / "frames", now);
         const diff::Settings settings = settings_of(place, reference, now);
-        diff::Case result = diff::compare_sources(place.case_name(), before, after, settings, nullptr);
+        diff::Case result = diff::compare_sources(place.case_name(), {before, after}, settings, nullptr, {});
         name_scene_cause(before, after, result);
         if (!reference) {
             result.message =

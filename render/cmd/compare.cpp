@@ -25,6 +25,7 @@
 #include <exception>
 #include <functional>
 #include <malloc.h>
+#include <optional>
 #include <thread>
 
 namespace cmd {
@@ -213,27 +214,34 @@ struct Comparing {
     const diff::FilmTools* films;
 };
 
+/// Compares, and makes the film and pictures of the report.
 diff::Case compare_case(const Comparing& comparing, const diff::CasePaths& paths) {
     const auto begin = std::chrono::steady_clock::now();
-    const diff::Source reference = diff::find_source(paths.reference);
-    const diff::Source candidate = diff::find_source(paths.candidate);
-    const std::string name = paths.name.empty() ? case_name(comparing.options.candidate) : paths.name;
-    diff::Case result = diff::compare_sources(name, reference, candidate, comparing.settings, comparing.films);
-    name_scene_cause(reference, candidate, result);
-    result.reference = paths.name.empty() ? comparing.options.reference : paths.reference.string();
-    result.candidate = paths.name.empty() ? comparing.options.candidate : paths.candidate.string();
-    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    return result;
-}
-
-void review_case(const Comparing& comparing, const diff::CasePaths& paths, diff::Case& result) {
     const CompareOptions& options = comparing.options;
     const diff::Source reference = diff::find_source(paths.reference);
     const diff::Source candidate = diff::find_source(paths.candidate);
-    diff::write_review({reference, candidate}, comparing.settings, {options.report, options.pictures}, comparing.films, result);
-    if (comparing.films != nullptr) {
-        diff::write_side_by_side({reference, candidate}, comparing.settings, *comparing.films, options.report, result);
+    const diff::Sides sides{reference, candidate};
+    const std::string name = paths.name.empty() ? case_name(options.candidate) : paths.name;
+    const bool are_sequences = reference.kind != diff::SourceKind::picture && candidate.kind != diff::SourceKind::picture;
+    const bool has_report = !options.report.empty() && !options.calibrates;
+    std::optional<diff::SideBySide> film;
+    diff::SeePair see;
+    if (has_report && comparing.films != nullptr && are_sequences) {
+        film.emplace(sides, *comparing.films, options.report, name);
+        see = [&film](std::size_t i, const diff::PairMemory& memory, const diff::Frame& frame) { film->add(i, memory, frame); };
     }
+    diff::Case result = diff::compare_sources(name, sides, comparing.settings, comparing.films, see);
+    name_scene_cause(reference, candidate, result);
+    result.reference = paths.name.empty() ? options.reference : paths.reference.string();
+    result.candidate = paths.name.empty() ? options.candidate : paths.candidate.string();
+    if (film) {
+        film->finish(result);
+    }
+    if (has_report) {
+        diff::write_review(sides, comparing.settings, {options.report, options.pictures}, comparing.films, result);
+    }
+    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return result;
 }
 
 /// Calls use(i) for all cases, several at a time; what it throws is kept in errors[i].
@@ -285,27 +293,20 @@ int compare(const CompareOptions& options, const std::string& command, const dif
     comparing.settings.threads = paths.size() > 1 ? 1 : threads; // a core a case, or a pair
     diff::Comparison comparison = start_comparison(options, command);
     comparison.cases.resize(paths.size());
-    const auto for_all = [&](const std::function<void(std::size_t)>& use) {
-        const std::vector<std::exception_ptr> errors = for_each_case(threads, paths.size(), use);
-        for (std::size_t i = 0; i < errors.size(); ++i) {
-            if (errors[i] != nullptr) {
-                tell_error(errors[i], paths[i], comparison.cases[i]);
-            }
+    if (!options.report.empty() && !options.calibrates) {
+        prepare_report(options.report);
+    }
+    const std::vector<std::exception_ptr> errors = for_each_case(
+        threads, paths.size(), [&](std::size_t i) { comparison.cases[i] = compare_case(comparing, paths[i]); });
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+        if (errors[i] != nullptr) {
+            tell_error(errors[i], paths[i], comparison.cases[i]);
         }
-    };
-    for_all([&](std::size_t i) { comparison.cases[i] = compare_case(comparing, paths[i]); });
+    }
     if (options.calibrates) {
         const diff::Limits least = options.limits.empty() ? diff::Limits() : diff::read_limits(options.limits);
         std::fputs(diff::proposed_limits(comparison, least).c_str(), stdout);
         return static_cast<int>(ExitCode::good);
-    }
-    if (!options.report.empty()) {
-        prepare_report(options.report);
-        for_all([&](std::size_t i) {
-            if (comparison.cases[i].error_code == 0) {
-                review_case(comparing, paths[i], comparison.cases[i]);
-            }
-        });
     }
     return finish_comparison(options, comparison);
 }

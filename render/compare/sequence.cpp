@@ -28,31 +28,14 @@ bool is_bad(const Frame& frame, Tier fail_on) {
     return frame.status != Status::compared || frame.tier >= fail_on;
 }
 
-/// All names of the two, in order; those of a picture are both "".
-std::vector<std::string> frame_names(const Source& reference, const Source& candidate) {
-    std::vector<std::string> names;
-    std::set_union(reference.names.begin(), reference.names.end(), candidate.names.begin(), candidate.names.end(),
-                   std::back_inserter(names));
-    sort_frames(names);
-    return names;
-}
-
-std::optional<fs::path> path_in(const Source& source, const std::string& name) {
-    if (source.kind == SourceKind::picture) {
-        return source.path;
-    }
-    if (place_in(source, name) == source.names.size()) {
-        return std::nullopt;
-    }
-    return source.path / name;
-}
-
 [[noreturn]] void fail_interrupted() {
     throw Error(ExitCode::interrupted, "interrupted; no report was made");
 }
 
-void compare_files_of(const Source& reference, const Source& candidate, const Settings& settings, Case& result,
-                      Thumbnails& thumbnails) {
+/// Folders or pictures; the case's thumbnails as well.
+void compare_files_of(const Sides& sides, const Settings& settings, const SeePair& see, Case& result, Thumbnails& thumbnails) {
+    const Source& reference = sides.reference;
+    const Source& candidate = sides.candidate;
     PairSettings pair = settings.pair;
     pair.takes_thumbnails = result.is_sequence;
     thumbnails.reference.resize(reference.names.size());
@@ -65,10 +48,7 @@ void compare_files_of(const Source& reference, const Source& candidate, const Se
             thumbnails.candidate[place_in(candidate, name)] = memory.thumbnail_b;
         }
     };
-    std::vector<std::string> names = frame_names(reference, candidate);
-    if (reference.kind == SourceKind::picture || candidate.kind == SourceKind::picture) {
-        names = {reference.path.filename().string()};
-    }
+    const std::vector<std::string> names = frame_names(sides);
     result.frames.resize(names.size());
     const std::vector<std::int64_t> numbers = frame_numbers(names);
     std::atomic<std::size_t> next = 0;
@@ -86,6 +66,9 @@ void compare_files_of(const Source& reference, const Source& candidate, const Se
                     frame.index = numbers.empty() || !result.is_sequence ? static_cast<std::int64_t>(i) : numbers[i];
                     compare_files({path_in(reference, names[i]), path_in(candidate, names[i])}, pair, memory, frame);
                     keep(names[i], memory);
+                    if (see) {
+                        see(i, memory, frame);
+                    }
                 }
             } catch (...) {
                 errors[part] = std::current_exception();
@@ -155,8 +138,9 @@ void visit_films(const Source& reference, const Source& candidate, const FilmToo
     }
 }
 
-void compare_films(const Source& reference, const Source& candidate, const Settings& settings,
-                   const FilmTools& films, Case& result) {
+void compare_films(const Sides& sides, const Settings& settings, const FilmTools& films, const SeePair& see, Case& result) {
+    const Source& reference = sides.reference;
+    const Source& candidate = sides.candidate;
     PairMemory memory;
     PairSettings lossy = settings.pair;
     lossy.is_lossy = true;
@@ -173,6 +157,9 @@ void compare_films(const Source& reference, const Source& candidate, const Setti
             frame.tier = Tier::changed;
             frame.status = has_a ? Status::candidate_missing : Status::reference_missing;
             frame.message = has_a ? "the candidate has ended" : "the reference has ended";
+        }
+        if (see) {
+            see(static_cast<std::size_t>(i), memory, frame);
         }
         result.frames.push_back(std::move(frame));
     });
@@ -357,8 +344,31 @@ private:
 
 } // namespace
 
-Case compare_sources(const std::string& name, const Source& reference, const Source& candidate,
-                     const Settings& settings, const FilmTools* films) {
+std::vector<std::string> frame_names(const Sides& sides) {
+    if (sides.reference.kind == SourceKind::picture || sides.candidate.kind == SourceKind::picture) {
+        return {sides.reference.path.filename().string()};
+    }
+    std::vector<std::string> names;
+    std::set_union(sides.reference.names.begin(), sides.reference.names.end(), sides.candidate.names.begin(),
+                   sides.candidate.names.end(), std::back_inserter(names));
+    sort_frames(names);
+    return names;
+}
+
+std::optional<fs::path> path_in(const Source& source, const std::string& name) {
+    if (source.kind == SourceKind::picture) {
+        return source.path;
+    }
+    if (place_in(source, name) == source.names.size()) {
+        return std::nullopt;
+    }
+    return source.path / name;
+}
+
+Case compare_sources(const std::string& name, const Sides& sides, const Settings& settings, const FilmTools* films,
+                     const SeePair& see) {
+    const Source& reference = sides.reference;
+    const Source& candidate = sides.candidate;
     Case result;
     result.name = name;
     result.reference_origin = reference.origin;
@@ -380,9 +390,9 @@ Case compare_sources(const std::string& name, const Source& reference, const Sou
     Thumbnails thumbnails;
     if (kind == SourceKind::film) {
         CHECK(films != nullptr);
-        compare_films(reference, candidate, settings, *films, result);
+        compare_films(sides, settings, *films, see, result);
     } else {
-        compare_files_of(reference, candidate, settings, result, thumbnails);
+        compare_files_of(sides, settings, see, result, thumbnails);
     }
     find_runs(settings, result);
     if (result.is_sequence && result.is_failed && kind == SourceKind::frames &&
@@ -423,42 +433,6 @@ void write_review(const Sides& sides, const Settings& settings, const ReviewSett
             const std::string& name = result.frames[i].name;
             reviewer.add_files({path_in(reference, name), path_in(candidate, name)}, memory, i);
         }
-    }
-}
-
-void visit_pairs(const Source& reference, const Source& candidate, const Settings& settings, const FilmTools* films,
-                 const UsePair& use) {
-    PairMemory memory;
-    PairSettings measuring = settings.pair;
-    measuring.judges = false;
-    const auto check_interrupt = [&settings] {
-        if (settings.is_interrupted()) {
-            fail_interrupted();
-        }
-    };
-    if (reference.kind == SourceKind::film || candidate.kind == SourceKind::film) {
-        CHECK(films != nullptr);
-        visit_films(reference, candidate, *films, memory, [&](std::int64_t, bool has_a, bool has_b) {
-            check_interrupt();
-            Frame frame;
-            if (has_a && has_b) {
-                compare_pictures(measuring, memory, frame);
-            }
-            use(memory, has_a, has_b, frame);
-        });
-        return;
-    }
-    for (const std::string& name : frame_names(reference, candidate)) {
-        check_interrupt();
-        Frame frame;
-        const PairPaths paths{path_in(reference, name), path_in(candidate, name)};
-        compare_files(paths, measuring, memory, frame);
-        if (frame.status == Status::compared && memory.a.width == 0) {
-            // Equal files were not decoded.
-            decode_picture(memory.file_a, name, settings.pair.accepted, memory.a, memory.reader);
-            memory.b = memory.a;
-        }
-        use(memory, memory.a.width > 0, memory.b.width > 0, frame);
     }
 }
 

@@ -7,7 +7,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace diff {
 
@@ -32,20 +34,23 @@ struct ReviewSettings {
     std::size_t most_frames = default_pictures; ///< of one case that get pictures: the first bad one and the worst
 };
 
-/// Compares. films: null if none of the two is a film: CHECK. Throws Error: missing_or_size or usage if the two are
-/// of different kinds, io if a folder cannot be read, interrupted.
-Case compare_sources(const std::string& name, const Source& reference, const Source& candidate,
-                     const Settings& settings, const FilmTools* films);
+/// Sees each pair as soon as it is compared, several at once and in any order, with its pictures and what differs in the
+/// memory: of a missing side another's, of files with the same bytes none. i: its place in Case::frames.
+using SeePair = std::function<void(std::size_t i, const PairMemory& memory, const Frame& frame)>;
+
+/// Compares. films: null if none of the two is a film: CHECK. see: may be empty. Throws Error: missing_or_size or usage if
+/// the two are of different kinds, io if a folder cannot be read, interrupted; and what `see` throws.
+Case compare_sources(const std::string& name, const Sides& sides, const Settings& settings, const FilmTools* films,
+                     const SeePair& see);
+
+/// The frames of both, in the order of Case::frames; of two pictures the name of one.
+std::vector<std::string> frame_names(const Sides& sides);
+/// None where this side has no such frame.
+std::optional<std::filesystem::path> path_in(const Source& source, const std::string& name);
 
 /// Writes pictures for review of what is not identical, and enters their paths. Throws Error (io).
 void write_review(const Sides& sides, const Settings& settings,
                   const ReviewSettings& review, const FilmTools* films, Case& result);
-
-/// Calls use(memory, has_a, has_b, frame) for all pairs in order, with their pictures in memory.a and memory.b and
-/// what differs in memory.map, unless frame.tier is identical. Throws Error (io).
-using UsePair = std::function<void(const PairMemory&, bool has_a, bool has_b, const Frame& frame)>;
-void visit_pairs(const Source& reference, const Source& candidate, const Settings& settings, const FilmTools* films,
-                 const UsePair& use);
 
 /// Counts, and the exit code of the whole.
 void sum_up(Comparison& comparison);

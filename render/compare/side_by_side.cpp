@@ -2,6 +2,7 @@
 
 #include "render/compare/rows.h"
 #include "render/compare/utf8.h"
+#include "sim/base/error.h"
 
 #include <algorithm>
 
@@ -16,15 +17,12 @@ constexpr double default_fps = 30.0;
 class Panels {
 public:
     Panels(int width, int height) {
+        CHECK(width > 0 && height > 0);
         const int factor = std::max(1, (3 * width + most_width - 1) / most_width);
         factor_ = static_cast<std::size_t>(factor);
         panel_width_ = std::max(1, width / factor);
         film_.width = 3 * panel_width_;
         film_.height = std::max(1, height / factor);
-        clear();
-    }
-
-    void clear() {
         film_.rgb.assign(static_cast<std::size_t>(film_.width) * static_cast<std::size_t>(film_.height) * 3, 0);
     }
 
@@ -99,47 +97,94 @@ private:
 
 } // namespace
 
-void write_side_by_side(const Sides& sides, const Settings& settings, const FilmTools& films,
-                        const std::filesystem::path& folder, Case& result) {
-    const Source& reference = sides.reference;
-    const Source& candidate = sides.candidate;
-    if (!result.is_sequence || (result.status == Status::compared && result.tier == Tier::identical)) {
-        return;
-    }
-    int width = 0;
-    int height = 0;
-    for (const Frame& frame : result.frames) {
-        width = std::max({width, frame.width, frame.candidate_width});
-        height = std::max({height, frame.height, frame.candidate_height});
-    }
-    if (width == 0) {
-        return; // no picture could be read
-    }
-    result.fps = default_fps;
-    for (const Source* source : {&candidate, &reference}) {
+SideBySide::SideBySide(const Sides& sides, const FilmTools& films, const std::filesystem::path& folder, const std::string& name)
+    : sides_(sides), films_(films), fps_(default_fps) {
+    std::string file = as_utf8(name) + ".mp4";
+    std::replace(file.begin(), file.end(), '/', '_');
+    path_ = folder / file;
+    is_wanted_ = false;
+    for (const Source* source : {&sides.candidate, &sides.reference}) {
         if (source->kind == SourceKind::film) {
-            result.fps = films.open(source->path)->fps();
+            fps_ = films.open(source->path)->fps();
+            is_wanted_ = true; // perhaps; its frames cannot be read again
         }
     }
-    result.film = as_utf8(result.name) + ".mp4";
-    std::replace(result.film.begin(), result.film.end(), '/', '_');
-    Panels panels(width, height);
-    const auto film = films.create(folder / result.film, panels.film().width, panels.film().height, result.fps);
-    visit_pairs(reference, candidate, settings, &films,
-                [&](const PairMemory& memory, bool has_a, bool has_b, const Frame& frame) {
-                    panels.clear();
-                    if (has_a) {
-                        panels.set(0, memory.a);
-                    }
-                    if (has_b) {
-                        panels.set(1, memory.b);
-                    }
-                    if (has_a && has_b) {
-                        frame.tier == Tier::identical ? panels.set(2, memory.b) : panels.set(2, difference_picture(memory));
-                    }
-                    film->add(panels.film());
-                });
-    film->finish();
+    if (!is_wanted_) {
+        names_ = frame_names(sides);
+    }
+}
+
+void SideBySide::set_size(const Frame& frame) {
+    const std::lock_guard lock(mutex_);
+    if (width_ == 0 && std::max(frame.width, frame.candidate_width) > 0) {
+        width_ = std::max(frame.width, frame.candidate_width);
+        height_ = std::max(frame.height, frame.candidate_height);
+    }
+}
+
+Picture SideBySide::same_panels(std::size_t i) const {
+    Panels panels(width_, height_);
+    Picture picture;
+    ReaderMemory reader;
+    Bytes bytes;
+    const std::filesystem::path path = *path_in(sides_.reference, names_[i]);
+    read_file(path, {}, bytes);
+    decode_picture(bytes, path.string(), {}, picture, reader);
+    for (const int panel : {0, 1, 2}) {
+        panels.set(panel, picture);
+    }
+    return panels.film();
+}
+
+void SideBySide::add(std::size_t i, const PairMemory& memory, const Frame& frame) {
+    Part part{frame.status == Status::compared && frame.tier == Tier::identical, {}};
+    is_wanted_ = is_wanted_ || !part.is_same;
+    set_size(frame);
+    const bool has_a = frame.status != Status::reference_missing && memory.a.width > 0;
+    const bool has_b = frame.status != Status::candidate_missing && memory.b.width > 0;
+    if (part.is_same && !names_.empty()) {
+        // Nothing is made as long as all is the same. Files with the same bytes were not decoded.
+        part.panels = is_wanted_ ? std::optional(same_panels(i)) : std::nullopt;
+    } else if (has_a || has_b) {
+        Panels panels(width_, height_);
+        if (has_a) {
+            panels.set(0, memory.a);
+        }
+        if (has_b) {
+            panels.set(1, memory.b);
+        }
+        if (has_a && has_b) {
+            part.is_same ? panels.set(2, memory.b) : panels.set(2, difference_picture(memory));
+        }
+        part.panels = panels.film();
+    }
+    const std::lock_guard lock(mutex_);
+    waiting_.emplace(i, std::move(part));
+    if (is_wanted_ && width_ > 0) {
+        write_ready();
+    }
+}
+
+void SideBySide::write_ready() {
+    for (auto part = waiting_.find(next_); part != waiting_.end(); part = waiting_.find(++next_)) {
+        const Picture picture = part->second.panels    ? std::move(*part->second.panels)
+                                : part->second.is_same ? same_panels(next_)
+                                                       : Panels(width_, height_).film();
+        if (film_ == nullptr) {
+            film_ = films_.create(path_, picture.width, picture.height, fps_);
+        }
+        film_->add(picture);
+        waiting_.erase(part);
+    }
+}
+
+void SideBySide::finish(Case& result) {
+    if (film_ == nullptr || (result.status == Status::compared && result.tier == Tier::identical)) {
+        return; // an unfinished film leaves no file
+    }
+    film_->finish();
+    result.film = path_.filename().string();
+    result.fps = fps_;
 }
 
 } // namespace diff

@@ -3,6 +3,7 @@
 #include "render/compare/limits_file.h"
 #include "render/compare/report.h"
 #include "render/compare/sequence.h"
+#include "render/compare/side_by_side.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 #include "tests/compare/painter.h"
@@ -13,6 +14,8 @@
 #include <stb_image_write.h>
 
 #include <filesystem>
+#include <memory>
+#include <vector>
 
 namespace {
 
@@ -61,7 +64,7 @@ protected:
         }
     }
     diff::Case compared(const std::string& a = "a", const std::string& b = "b") const {
-        return diff::compare_sources("case", diff::find_source(folder / a), diff::find_source(folder / b), settings, nullptr);
+        return diff::compare_sources("case", {diff::find_source(folder / a), diff::find_source(folder / b)}, settings, nullptr, {});
     }
     static int code_of(const diff::Case& c) {
         diff::Comparison comparison;
@@ -69,6 +72,18 @@ protected:
         diff::sum_up(comparison);
         return comparison.exit_code;
     }
+};
+
+/// Keeps what is shown; a film that is not finished has shown nothing.
+class KeptFilm : public diff::FilmWriter {
+public:
+    explicit KeptFilm(std::vector<diff::Picture>& shown) : shown_(shown) {}
+    void add(const diff::Picture& picture) override { pictures_.push_back(picture); }
+    void finish() override { shown_ = pictures_; }
+
+private:
+    std::vector<diff::Picture>& shown_;
+    std::vector<diff::Picture> pictures_;
 };
 
 } // namespace
@@ -399,4 +414,39 @@ TEST_F(sequence, reports_hold_the_numbers_and_list_every_file) {
     diff::remove_report(folder);
     EXPECT_FALSE(fs::exists(folder / "result.json"));
     EXPECT_TRUE(fs::exists(folder / "a"));
+}
+
+TEST_F(sequence, the_film_of_a_comparison_shows_all_frames_in_order) {
+    write_frames("a", 0, 9);
+    write_frames("b", 0, 7);
+    write("b/f14.png", scene(8));
+    write("b/f15.png", scene(5), test::rotated_pattern);
+    settings.threads = 3;
+    std::vector<diff::Picture> shown;
+    diff::FilmTools tools;
+    tools.create = [&shown](const fs::path&, int, int, double) { return std::make_unique<KeptFilm>(shown); };
+    for (const bool is_same : {true, false}) {
+        const diff::Source a = diff::find_source(folder / "a"), b = diff::find_source(folder / (is_same ? "a" : "b"));
+        const diff::Sides sides{a, b};
+        diff::SideBySide film(sides, tools, folder, "case");
+        diff::Case c = diff::compare_sources("case", sides, settings, nullptr,
+                                             [&film](std::size_t i, const diff::PairMemory& memory, const diff::Frame& frame) {
+                                                 film.add(i, memory, frame);
+                                             });
+        film.finish(c);
+        EXPECT_EQ(c.film, is_same ? "" : "case.mp4");
+        EXPECT_EQ(shown.size(), is_same ? 0u : 9u);
+    }
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+        const diff::Picture& picture = shown[i];
+        ASSERT_EQ(picture.width, 3 * 96);
+        // The red disc of each side, and nothing where a side has no frame.
+        const auto color = [&](int panel, int t) {
+            return &picture.rgb[static_cast<std::size_t>((55 * picture.width + 96 * panel + 15 + 7 * t) * 3)];
+        };
+        const int t = static_cast<int>(i);
+        EXPECT_EQ(color(0, t)[0], 200) << i;
+        EXPECT_EQ(color(1, i == 4 ? 8 : t)[0], i < 7 ? 200 : 0) << i;
+        EXPECT_EQ(color(2, t)[0] == 0, i >= 7) << i;
+    }
 }
