@@ -262,9 +262,12 @@ void judge_colors(const Picture& reference, const Picture& candidate, const Limi
                                     map.differing, map.largest);
         return;
     }
-    // All gates are in the details.
-    frame.message = fmt::format("{} {:.4g} {} (limit {:.4g}): {}{}", worst->name, worst->value, worst->unit, worst->limit,
-                                worst->reason, exceeded > 1 ? fmt::format("; {} more above the limit", exceeded - 1) : "");
+    // All gates are in the details. What a text says needs no number.
+    const std::string numbers =
+        worst->name == name_of(GateId::text)
+            ? std::string()
+            : fmt::format("{} {:.4g} {} (limit {:.4g}): ", worst->name, worst->value, worst->unit, worst->limit);
+    frame.message = numbers + worst->reason + (exceeded > 1 ? fmt::format("; {} gates more above the limit", exceeded - 1) : "");
 }
 
 /// The picture as seen on white.

@@ -104,6 +104,20 @@ read_bodies(const PairPaths& paths, const PairSettings& settings, const PairMemo
     return std::pair(std::move(*a), std::move(*b));
 }
 
+/// What texts, and the panels around them, cover shows no body.
+void hide_bodies(const std::vector<TextLine>& texts, BodyImage& image) {
+    for (const TextLine& line : texts) {
+        const int panel = line.height; // beyond the text
+        const int left = std::clamp(line.x - panel, 0, image.width);
+        const int right = std::clamp(line.x + line.width + panel, left, image.width);
+        const int bottom = std::min(line.y + line.height + panel, image.height);
+        for (int y = std::max(line.y - panel, 0); y < bottom; ++y) {
+            const auto row = image.ids.begin() + static_cast<std::ptrdiff_t>(y) * image.width;
+            std::fill(row + left, row + right, 0u);
+        }
+    }
+}
+
 /// settings.mask, and the bodies to be ignored. Throws Error (usage) if they are not known.
 Mask mask_of(const PairPaths& paths, const PairSettings& settings, const PairMemory& memory) {
     Mask mask = settings.mask;
@@ -164,9 +178,13 @@ std::string text_of(const BodyChange& change) {
 void add_bodies(const PairPaths& paths, const PairSettings& settings, const PairMemory& memory,
                 Frame& frame) {
     constexpr std::size_t most_named = 3;
-    const auto bodies = read_bodies(paths, settings, memory);
+    auto bodies = read_bodies(paths, settings, memory);
     if (!bodies) {
         return;
+    }
+    for (const std::vector<TextLine>* texts : {&memory.a.texts, &memory.b.texts}) {
+        hide_bodies(*texts, bodies->first);
+        hide_bodies(*texts, bodies->second);
     }
     name_bodies(bodies->first, bodies->second, memory.map, frame);
     std::string text = frame.scene_change.empty() ? "" : frame.scene_change + "; ";

@@ -91,6 +91,7 @@ TEST_F(baseline, a_changed_title_is_changed) {
     EXPECT_EQ(json["cases"][0]["tier"], "changed");
     const std::string message = json["cases"][0]["message"];
     EXPECT_NE(message.find("is \"A block fells\""), std::string::npos) << message;
+    EXPECT_EQ(json["cases"][0]["frames"][0]["bodies"].size(), 0u); // of what a text covers no body is told
     // What is hidden of a text is not read.
     const std::string drawn = "out/baselines/candidates/block/common/frames ";
     EXPECT_EQ(tumble("compare baselines/block/common " + drawn + "--mask 0,0,640,40 --quiet").code, 0);
