@@ -461,7 +461,7 @@ GltfSummary write_gltf(const std::filesystem::path& path, const sim::SceneDef& s
         const sim::Snapshot state = record == 0 ? start : trajectory.read(record);
         const auto time = static_cast<float>(state.time);
         for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-            if (!scene.bodies[i].is_static() && builder.node_of_body(i) >= 0) {
+            if (!scene.bodies[i].is_fixed() && builder.node_of_body(i) >= 0) {
                 keys[i].push_back({time, state.bodies[i].position, state.bodies[i].orientation});
             }
         }

@@ -26,7 +26,7 @@ constexpr double most_pixels = 1.0;
 
 double radius_of(const sim::BodyDef& body) {
     const sim::Bounds box = sim::bounds(body.shape, sim::Pose{});
-    return body.is_static() || !box.lower.allFinite()
+    return body.is_fixed() || !box.lower.allFinite()
                ? 0.0
                : box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm();
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 namespace render {
 
@@ -14,7 +15,6 @@ namespace {
 
 using sim::CameraDef;
 using sim::CameraKey;
-using sim::Easing;
 using sim::Vec3;
 
 /// A value of a key, the opening too.
@@ -22,60 +22,16 @@ struct KeyValue {
     Vec3 eye;
     Vec3 target;
     double fov_degrees;
-
-    KeyValue combined(double a, const KeyValue& other, double b) const {
-        return {eye * a + other.eye * b, target * a + other.target * b, fov_degrees * a + other.fov_degrees * b};
-    }
 };
 
-KeyValue value_of(const CameraDef& camera, std::size_t i) {
-    const CameraKey& key = camera.keys[i];
-    return {key.eye, key.target, key.fov_degrees > 0.0 ? key.fov_degrees : camera.fov_degrees};
-}
-
-/// Velocity of the curve at key i: the slope between its neighbours (Catmull & Rom 1974, uneven times); zero at the
-/// ends and beside a piece that is not smooth.
-KeyValue key_velocity(const CameraDef& camera, std::size_t i) {
-    const std::vector<CameraKey>& keys = camera.keys;
-    const bool is_passed = i > 0 && i + 1 < keys.size() && keys[i - 1].easing == Easing::smooth &&
-                           keys[i].easing == Easing::smooth;
-    if (!is_passed) {
-        return {Vec3::Zero(), Vec3::Zero(), 0.0};
-    }
-    const double share = 1.0 / (keys[i + 1].time - keys[i - 1].time);
-    return value_of(camera, i + 1).combined(share, value_of(camera, i - 1), -share);
-}
-
-/// Between keys i and i + 1 at time t: a cubic Hermite curve.
-KeyValue between_keys(const CameraDef& camera, std::size_t i, double t) {
-    const std::vector<CameraKey>& keys = camera.keys;
-    const double span = keys[i + 1].time - keys[i].time;
-    const double s = (t - keys[i].time) / span;
-    const KeyValue from = value_of(camera, i), to = value_of(camera, i + 1);
-    if (keys[i].easing == Easing::cut) {
-        return from;
-    }
-    if (keys[i].easing == Easing::linear) {
-        return from.combined(1.0 - s, to, s);
-    }
-    const double s2 = s * s;
-    const double s3 = s2 * s;
-    return from.combined(2 * s3 - 3 * s2 + 1, to, 3 * s2 - 2 * s3)
-        .combined(1.0, key_velocity(camera, i).combined(span * (s3 - 2 * s2 + s), key_velocity(camera, i + 1),
-                                                        span * (s3 - s2)), 1.0);
-}
-
 KeyValue value_at(const CameraDef& camera, double t) {
-    const std::vector<CameraKey>& keys = camera.keys;
-    if (t <= keys.front().time) {
-        return value_of(camera, 0);
+    std::vector<sim::CurveKey<7>> curve;
+    for (const CameraKey& key : camera.keys) {
+        curve.push_back({key.time, key.easing, {}});
+        curve.back().value << key.eye, key.target, key.fov_degrees > 0.0 ? key.fov_degrees : camera.fov_degrees;
     }
-    for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
-        if (t < keys[i + 1].time) {
-            return between_keys(camera, i, t);
-        }
-    }
-    return value_of(camera, keys.size() - 1);
+    const Eigen::Matrix<double, 7, 1> value = sim::curve_at(std::span<const sim::CurveKey<7>>(curve), t).value;
+    return {value.head<3>(), value.segment<3>(3), value[6]};
 }
 
 constexpr double radians_per_degree = std::numbers::pi / 180.0;

@@ -83,6 +83,14 @@ std::vector<Item> sorted_by(const std::vector<Item>& items, Key&& key) {
 
 } // namespace
 
+std::vector<Velocity> kinematic_velocity(const Bodies& bodies) {
+    std::vector<Velocity> velocity(bodies.props.size());
+    for (const KinematicBody& body : bodies.kinematic) {
+        velocity[body.index] = bodies.velocity[body.index];
+    }
+    return velocity;
+}
+
 LaneFrame::LaneFrame(const BlockBatch& batch, std::size_t lane)
     : a(batch.a[lane]), b(batch.b[lane]), r_a(vector_in_lane(batch.r_a, lane)), r_b(vector_in_lane(batch.r_b, lane)) {
     for (int axis = 0; axis < 3; ++axis) {

@@ -15,6 +15,7 @@
 #include "sim/block/extrapolation.h"
 #include "sim/block/newton.h"
 #include "sim/collide/manifold.h"
+#include "sim/model/motion.h"
 
 #include <Eigen/Core>
 
@@ -26,13 +27,24 @@ namespace sim {
 using Vec2 = Eigen::Vector2d;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
+/// A body that is moved by keys.
+struct KinematicBody {
+    std::size_t index = 0;
+    Motion motion;
+};
+
 /// State of all bodies at one instant, arrays of [body_count].
 struct Bodies {
     std::vector<BodyProps> props;
     std::vector<Pose> pose;
     std::vector<Velocity> velocity;
     std::vector<Mat3> inverse_inertia; ///< world frame, at `pose`
+    std::vector<KinematicBody> kinematic; ///< those of them
+    double time = 0.0;                 ///< [s] of the instant
 };
+
+/// Velocities of the kinematic ones, the others at rest [body_count].
+std::vector<Velocity> kinematic_velocity(const Bodies& bodies);
 
 /// Restitution and friction coefficients of a pair [-].
 struct PairMaterial {
@@ -94,6 +106,12 @@ struct LanePoint {
     Vec6 wrench() const;
 };
 
+/// Impulses at an instant do this work on the account of kinematic bodies [J].
+struct KinematicWork {
+    double all = 0.0;
+    double ahead = 0.0; ///< of it, what acts after the instant
+};
+
 /// Loops over fewer blocks, pairs or bodies are not worth while to be shared among threads.
 inline constexpr std::size_t least_shared = 32;
 
@@ -139,6 +157,7 @@ public:
         return std::span(contacts).subspan(static_cast<std::size_t>(block.first), static_cast<std::size_t>(block.count));
     }
     BlockBatch& batch_of(const Block& block) { return batches[static_cast<std::size_t>(block.lane) / lane_count]; }
+    const BlockBatch& batch_of(const Block& block) const { return batches[static_cast<std::size_t>(block.lane) / lane_count]; }
     static std::size_t lane_of(const Block& block) { return static_cast<std::size_t>(block.lane) % lane_count; }
     /// The points of a batch.
     std::span<BatchPoint> points_of(const BlockBatch& batch) {

@@ -8,7 +8,7 @@ namespace sim {
 /// Which moments of inertia are equal decides how a body turns freely (integrate.h).
 enum class InertiaKind { spherical, symmetric, asymmetric };
 
-/// Fixed after load. A static body has inverse mass and inverse inertia zero.
+/// Fixed after load. A static or kinematic body has inverse mass and inverse inertia zero.
 struct BodyProps {
     double inverse_mass = 0.0;                     ///< [1/kg]
     Vec3 principal_inertia = Vec3::Zero();         ///< [kg m^2]; symmetric: z is the axis of symmetry
@@ -19,9 +19,11 @@ struct BodyProps {
     double restitution = -1.0;    ///< e [-]; < 0: the partner's
     double mu_s = -1.0;           ///< [-]; < 0: the partner's
     double mu_d = -1.0;           ///< [-]; < 0: the partner's
+    bool is_kinematic = false;    ///< moved by keys (motion.h)
     Shape shape;
 
-    bool is_static() const { return inverse_mass == 0.0; }
+    bool is_static() const { return inverse_mass == 0.0; }           ///< no force moves it
+    bool is_fixed() const { return is_static() && !is_kinematic; }   ///< and no key
 };
 
 /// Linear and angular velocity, world frame.

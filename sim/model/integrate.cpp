@@ -83,6 +83,7 @@ BodyProps make_body_props(const BodyDef& def) {
     props.restitution = def.material.restitution.value_or(-1.0);
     props.mu_s = def.material.mu_s.value_or(-1.0);
     props.mu_d = def.material.mu_d.value_or(-1.0);
+    props.is_kinematic = def.is_kinematic();
     const Bounds box = bounds(def.shape, Pose{});
     props.bounding_radius = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm();
     if (def.is_static()) {
@@ -124,7 +125,7 @@ BodyProps make_body_props(const BodyDef& def) {
 Pose free_motion(const BodyProps& props, const Pose& pose, const Velocity& velocity, const Vec3& gravity,
                  double h) {
     if (props.is_static()) {
-        return pose;
+        return props.is_kinematic ? Pose{pose.position + h * velocity.v, turned(pose.orientation, h * velocity.w)} : pose;
     }
     Pose after;
     after.position = pose.position + h * velocity.v + (0.5 * h * h) * gravity;

@@ -2,6 +2,7 @@
 /// Plain data of one scene, as scene/file.cpp reads it. Body frames have their origin in the centre of mass.
 #include "sim/base/math.h"
 #include "sim/base/rational.h"
+#include "sim/model/motion.h"
 #include "sim/model/overlay_def.h"
 #include "sim/model/shape.h"
 
@@ -65,15 +66,18 @@ inline const Vec3 floor_line_color{0.13, 0.15, 0.19};
 struct BodyDef {
     std::string name;
     Shape shape;                               ///< in the body frame: origin in the centre of mass
-    MassProperties mass;                       ///< centre_of_mass == 0; mass == 0: static
+    MassProperties mass;                       ///< centre_of_mass == 0; mass == 0: static or kinematic
     Pose pose;                                 ///< world_from_body
     Vec3 velocity = Vec3::Zero();              ///< v [m/s] of the centre of mass
     Vec3 angular_velocity = Vec3::Zero();      ///< w [rad/s], world frame
     MaterialDef material;
     LookDef look;
     std::optional<Shape> drawn;                ///< instead of the shape, in the same frame
+    Motion motion;                             ///< of a kinematic body: moved by keys; pose and velocities are its at t = 0
 
-    bool is_static() const { return mass.mass == 0.0; }
+    bool is_static() const { return mass.mass == 0.0; }                 ///< no force moves it
+    bool is_kinematic() const { return !motion.is_empty(); }
+    bool is_fixed() const { return is_static() && !is_kinematic(); }    ///< and no key
     const Shape& drawn_shape() const { return drawn ? *drawn : shape; }
 };
 
@@ -91,14 +95,6 @@ struct JointDef {
     Vec3 anchor = Vec3::Zero();                ///< [m], world, at t = 0
     Vec3 axis{0, 1, 0};                        ///< unit, world, at t = 0; hinge only
     bool is_drawn = true;                      ///< as a rod from the anchor to body_a's centre
-};
-
-/// How a camera moves on from a key to the next.
-enum class Easing {
-    smooth,  ///< through both, without a stop
-    stop,    ///< at rest at both
-    linear,  ///< at one speed
-    cut,     ///< not at all: the next key begins a new shot
 };
 
 /// View at one instant.

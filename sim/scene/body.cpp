@@ -84,11 +84,11 @@ MassProperties read_mass(Section& section, const Shape& shape) {
     return result;
 }
 
-/// A static body has no mass and no velocity.
-void refuse_motion(const Section& section) {
+/// A body that no force moves has no mass and no velocity.
+void refuse_motion(const Section& section, std::string_view why) {
     for (const char* key : {"density", "mass", "centre_of_mass", "inertia", "velocity", "angular_velocity"}) {
         if (section.has(key)) {
-            section.fail(key, fmt::format("{} is given, but the body is static, expected none", key));
+            section.fail(key, fmt::format("{} is given, but the body is {}, expected none", key, why));
         }
     }
 }
@@ -104,6 +104,36 @@ Shape simplified(const Shape& shape) {
         return shape;
     }
     return std::visit([](const auto& primitive) { return Shape(primitive); }, part.shape);
+}
+
+/// The keys of a kinematic body.
+void read_motion(Section& body, BodyDef& def) {
+    if (body.has("static") && body.boolean("static")) {
+        body.fail("keys", "keys are given, but the body is static, expected none");
+    }
+    Motion& motion = def.motion;
+    motion.axis = body.direction("axis");
+    motion.orientation = def.pose.orientation;
+    for (const TreeNode* node : body.tables("keys")) {
+        Section key(body.source(), *node, scene_section("body.keys"),
+                    fmt::format("{} key {}", body.title(), motion.keys.size()));
+        const Vec3 position = key.has("position") ? key.vector("position") : def.pose.position;
+        const double angle = key.number("angle_degrees") * (std::numbers::pi / 180.0);
+        const double time = key.number("time");
+        if (!motion.is_empty() && time <= motion.keys.back().time) {
+            key.fail("time", fmt::format("time is {}, expected more than that of the key before, {}", time,
+                                         motion.keys.back().time));
+        }
+        motion.keys.push_back({time, static_cast<Easing>(key.choice("easing")), {}});
+        motion.keys.back().value << position, angle;
+    }
+    if (motion.is_empty()) {
+        body.fail("keys", "keys is an empty array, expected at least one key");
+    }
+    const Velocity velocity = motion.velocity_at(0.0);
+    def.pose = motion.pose_at(0.0);
+    def.velocity = velocity.v;
+    def.angular_velocity = velocity.w;
 }
 
 } // namespace
@@ -142,15 +172,15 @@ LookDef read_look(Section& section) {
     return look;
 }
 
-BodyDef read_body_template(Section& section, std::int64_t index) {
+BodyDef read_body_template(Section& section, std::int64_t index, bool has_keys) {
     BodyDef body;
     body.shape = read_shape(section.source(), section.table("shape"), section.title() + " shape", index);
     const bool is_static = section.boolean("static");
     if (std::holds_alternative<Plane>(body.shape) && !is_static) {
         section.fail("shape", "a plane cannot move, expected static = true");
     }
-    if (is_static) {
-        refuse_motion(section);
+    if (is_static || has_keys) {
+        refuse_motion(section, is_static ? "static" : "moved by keys");
     } else {
         body.mass = read_mass(section, body.shape);
         body.velocity = section.vector("velocity");
@@ -178,9 +208,15 @@ BodyDef read_body_template(Section& section, std::int64_t index) {
 BodyDef read_body(const TextSource& source, const TreeNode& node, const std::string& title) {
     Section section(source, node, scene_section("body"), title);
     const std::string name = section.text("name");
-    BodyDef body = read_body_template(section, 0);
+    const bool has_keys = section.has("keys");
+    BodyDef body = read_body_template(section, 0, has_keys);
     body.name = name;
     body.pose.position = section.vector("position");
+    if (has_keys) {
+        read_motion(section, body);
+    } else if (section.has("axis")) {
+        section.fail("axis", "axis is given without keys, expected both");
+    }
     settle(body);
     return body;
 }

@@ -14,7 +14,7 @@ LookDef read_look(Section& section);
 /// The keys that [[body]] and [lattice.body] share. The result is in the frame its shape was given in, with
 /// its centre of mass in mass.centre_of_mass and its pose at the origin: place it, then call settle.
 /// index: of the body in its pattern, see read_shape.
-BodyDef read_body_template(Section& section, std::int64_t index);
+BodyDef read_body_template(Section& section, std::int64_t index, bool has_keys = false);
 
 /// A whole [[body]], settled.
 BodyDef read_body(const TextSource& source, const TreeNode& node, const std::string& title);

@@ -100,6 +100,7 @@ std::vector<ModelPart> model_parts(const SceneDef& scene) {
     add("restitution", may_touch ? range_of(scene, &MaterialDef::restitution) : "");
     add("friction", may_touch ? friction_of(scene) : "");
     add("joints", joints_of(scene));
+    add("kinematic bodies", bodies_where(scene, [](const BodyDef& b) { return b.is_kinematic(); }));
     add("support points (libccd)", may_touch ? bodies_where(scene, is_convex_part) : "");
     add("compounds", bodies_where(scene, [](const BodyDef& b) { return std::holds_alternative<Compound>(b.shape); }));
     add("gyroscopic term", bodies_where(scene, has_unequal_moments));

@@ -25,12 +25,13 @@ std::string joined(const std::vector<std::string>& parts) {
     return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-/// "1000 dynamic (1000 boxes)".
-std::string describe_bodies(const SceneDef& scene, bool is_static) {
+/// "1000 dynamic (1000 boxes)" of the bodies that belong to a kind.
+template <class Belongs>
+std::string describe_bodies(const SceneDef& scene, const char* kind, Belongs&& belongs) {
     std::array<int, shape_names.size()> counts{};
     int total = 0;
     for (const BodyDef& body : scene.bodies) {
-        if (body.is_static() == is_static) {
+        if (belongs(body)) {
             ++counts[body.shape.index()];
             ++total;
         }
@@ -42,7 +43,7 @@ std::string describe_bodies(const SceneDef& scene, bool is_static) {
         }
     }
     const std::string shapes = parts.empty() ? "" : fmt::format(" ({})", joined(parts));
-    return fmt::format("{} {}{}", total, is_static ? "static" : "dynamic", shapes);
+    return fmt::format("{} {}{}", total, kind, shapes);
 }
 
 std::string describe_joints(const SceneDef& scene) {
@@ -112,7 +113,12 @@ std::string describe_scene(const SceneDef& scene) {
     const auto line = [&](const char* name, const std::string& value) {
         text += fmt::format("  {:<11} {}\n", name, value);
     };
-    line("bodies", fmt::format("{}, {}", describe_bodies(scene, false), describe_bodies(scene, true)));
+    std::string bodies = describe_bodies(scene, "dynamic", [](const BodyDef& body) { return !body.is_static(); });
+    bodies += ", " + describe_bodies(scene, "static", [](const BodyDef& body) { return body.is_fixed(); });
+    if (std::ranges::any_of(scene.bodies, &BodyDef::is_kinematic)) {
+        bodies += ", " + describe_bodies(scene, "moved by keys", [](const BodyDef& body) { return body.is_kinematic(); });
+    }
+    line("bodies", bodies);
     line("mass", fmt::format("{:.6g} kg", mass));
     line("joints", describe_joints(scene));
     const std::string speed =

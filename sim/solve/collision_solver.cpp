@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace sim {
 namespace {
@@ -166,13 +167,33 @@ int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings
     return count;
 }
 
-/// If the pass added energy, goes back along the line to its plastic solution as far as needed. The kinetic
-/// energy is a quadratic on that line and the plastic end has lost energy, so the crossing is unique;
+/// Work [J] that kinematic bodies do by the impulses since this was last asked.
+double CollisionSolver::work_of_pass() {
+    if (kinematic_.empty()) {
+        return 0.0;
+    }
+    const double before = std::exchange(joint_work_, joints_.work({}, kinematic_));
+    double work = joint_work_ - before;
+    for (const Block& block : loop_.blocks) {
+        const std::size_t lane = Blocks::lane_of(block);
+        const BlockBatch& batch = loop_.batch_of(block);
+        const Vec6 twist = LaneFrame(batch, lane).relative_twist(kinematic_);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i) {
+            const LanePoint point(loop_.points_of(batch)[i], lane);
+            work -= point.p_n * point.normal_velocity(twist) + point.p_t.dot(point.tangential_velocity(twist));
+        }
+    }
+    return work;
+}
+
+/// If the pass added energy, beside what kinematic bodies did, goes back along the line to its plastic solution as far as
+/// needed. The kinetic energy is a quadratic on that line and the plastic end has lost energy, so the crossing is unique;
 /// friction stays inside its cone, which is convex. Returns the energy taken away [J].
 double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity,
                                     const StepSettings& settings) {
     const double start = kinetic_energy(bodies, before_, in_pass_) + energy_owed_;
-    const double elastic = kinetic_energy(bodies, velocity, in_pass_);
+    work_ = work_of_pass();
+    const double elastic = kinetic_energy(bodies, velocity, in_pass_) - work_;
     if (elastic <= start * (1.0 + energy_rounding)) {
         return 0.0;
     }
@@ -194,8 +215,9 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
     bool converged = true;
     iterate(plastic_, settings, converged);
     blend(plastic_, velocity, 0.5, in_pass_, middle_);
-    const double e0 = kinetic_energy(bodies, plastic_, in_pass_);
-    const double e_half = kinetic_energy(bodies, middle_, in_pass_);
+    const double plastic_work = work_of_pass();
+    const double e0 = kinetic_energy(bodies, plastic_, in_pass_) - plastic_work;
+    const double e_half = kinetic_energy(bodies, middle_, in_pass_) - 0.5 * (plastic_work + work_);
     const double curvature = 2.0 * (elastic + e0 - 2.0 * e_half);
     const double slope = elastic - e0 - curvature;
     const double missing = start - e0;
@@ -205,6 +227,7 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
         s = slope + root > 0.0 ? std::clamp(2.0 * missing / (slope + root), 0.0, 1.0) : 0.0;
     }
     blend(plastic_, velocity, s, in_pass_, velocity);
+    work_ = plastic_work + s * (work_ - plastic_work);
     for (std::size_t i = 0; impacts != nullptr && i < elastic_.size(); ++i) {
         BatchPoint& point = loop_.points[i];
         for (std::size_t lane = 0; lane < lane_count; ++lane) {
@@ -296,6 +319,8 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         if (report.passes == 0) {
             joints_.prepare(bodies, joints);
             joints_.target_rest();
+            kinematic_ = bodies.kinematic.empty() ? std::vector<Velocity>{} : kinematic_velocity(bodies);
+            joint_work_ = 0.0;
             for (const Joint& joint : joints) {
                 touched[static_cast<std::size_t>(joint.a)] = touched[static_cast<std::size_t>(joint.b)] = 1;
             }
@@ -305,6 +330,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         bool converged = true;
         report.iterations += iterate(velocity, settings, converged);
         report.energy_removed += keep_energy(bodies, velocity, settings);
+        report.kinematic_work += work_;
         if (impacts != nullptr) {
             report_impacts(pairs, report.passes);
         }

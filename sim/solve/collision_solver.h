@@ -21,6 +21,7 @@ struct CollisionReport {
     int passes = 0;
     int iterations = 0;          ///< sweeps
     double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
+    double kinematic_work = 0.0; ///< [J] that kinematic bodies did
     /// The last pass converged, and no contact is left that collides. What an earlier pass left undone the next one mends.
     bool converged = true;
     Unsettled unsettled; ///< if it did not
@@ -64,6 +65,7 @@ private:
     void report_impacts(std::span<const PairContacts> pairs, int pass);
     void begin_pass(std::span<const Velocity> velocity);
     double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings);
+    double work_of_pass();
 
     Blocks loop_;
     /// Of a contact in this pass [m/s].
@@ -80,6 +82,9 @@ private:
     std::vector<char> collides_;    ///< [pairs] in this pass, or is held in it
     std::vector<char> is_changed_;  ///< [body_count] by the last pass, then by this one
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
+    std::vector<Velocity> kinematic_; ///< kinematic_velocity(); empty where there are none
+    double joint_work_ = 0.0;  ///< [J] of all impulses of joints so far
+    double work_ = 0.0;        ///< [J] that kinematic bodies do in the pass
     JointSolver joints_;
 };
 

@@ -245,6 +245,15 @@ std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bod
     return at_node_;
 }
 
+KinematicWork ContactSolver::kinematic_work(const Bodies& bodies) const {
+    const std::vector<Velocity> velocity = kinematic_velocity(bodies);
+    KinematicWork work = contacts_.work_by(velocity);
+    const double of_joints = joints_.work({}, velocity);
+    work.all += of_joints;
+    work.ahead += of_joints - joints_.work(joint_weight_, velocity);
+    return work;
+}
+
 double ContactSolver::joint_rate(const Bodies& bodies) {
     std::vector<double> interval;
     for (const double weight : joint_weight_) {

@@ -94,6 +94,28 @@ void RestingContacts::store(const Bodies& bodies, std::vector<PairContacts>& pai
     });
 }
 
+KinematicWork RestingContacts::work_by(std::span<const Velocity> velocity) const {
+    KinematicWork sum;
+    for (const Block& block : loop.blocks) {
+        if (block.count == 0) {
+            continue;
+        }
+        const BlockBatch& batch = loop.batch_of(block);
+        const std::size_t lane = Blocks::lane_of(block);
+        const Vec6 twist = LaneFrame(batch, lane).relative_twist(velocity);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
+            const LanePoint point(loop.points_of(batch)[k], lane);
+            const RestPoint& rest = rest_points[static_cast<std::size_t>(batch.first) + k];
+            const double work =
+                -(point.p_n * point.normal_velocity(twist) + point.p_t.dot(point.tangential_velocity(twist)));
+            const bool is_ahead = (rest.ahead >> lane & 1u) != 0;
+            sum.all += work;
+            sum.ahead += is_ahead ? work : (1.0 - batch.node_weight.x[lane] * rest.force_share.x[lane]) * work;
+        }
+    }
+    return sum;
+}
+
 void RestingContacts::apply_half_kicks(std::span<Velocity> velocity) {
     loop.share_colours([&](std::size_t first, std::size_t last) { work(RestPhase::half_kick, first, last, velocity); });
 }

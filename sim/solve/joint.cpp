@@ -232,6 +232,15 @@ void JointSolver::add_weighted(std::span<const double> weight, std::span<Velocit
     }
 }
 
+double JointSolver::work(std::span<const double> weight, std::span<const Velocity> velocity) const {
+    double sum = 0.0;
+    for (const Row& row : rows_) {
+        const double share = weight.empty() ? 1.0 : weight[static_cast<std::size_t>(row.joint)];
+        sum -= share * row.sum * row_velocity(row, velocity);
+    }
+    return sum;
+}
+
 void JointSolver::store_impulses(std::span<Joint> joints) const {
     for (const Row& row : rows_) {
         joints[static_cast<std::size_t>(row.joint)].memory.impulse[static_cast<std::size_t>(row.index)] = row.sum;

@@ -65,6 +65,10 @@ public:
     /// Adds `weight` [joint_count] times the impulses of this solve.
     void add_weighted(std::span<const double> weight, std::span<Velocity> velocity) const;
 
+    /// Work [J] that kinematic bodies do by the impulses of this solve, each times its `weight` [joint_count]; empty: 1.
+    /// velocity: kinematic_velocity().
+    double work(std::span<const double> weight, std::span<const Velocity> velocity) const;
+
     /// Writes the impulses of this solve to the joints' memory.
     void store_impulses(std::span<Joint> joints) const;
 

@@ -15,6 +15,10 @@ void Prediction::begin(const Bodies& bodies, const Vec3& gravity_of_scene, doubl
     radius.resize(count);
     solved.clear();
     is_solved.assign(count, 0);
+    for (const KinematicBody& body : bodies.kinematic) {
+        velocity[body.index] = body.motion.mean_velocity(bodies.time, interval);
+        add(bodies, static_cast<int>(body.index));
+    }
 }
 
 void Prediction::add(const Bodies& bodies, int body) {
@@ -22,7 +26,7 @@ void Prediction::add(const Bodies& bodies, int body) {
     if (is_solved[i] == 0) {
         is_solved[i] = 1;
         solved.push_back(i);
-        radius[i] = bodies.props[i].is_static() ? 0.0 : bodies.props[i].bounding_radius;
+        radius[i] = bodies.props[i].is_fixed() ? 0.0 : bodies.props[i].bounding_radius;
     }
 }
 

@@ -10,13 +10,14 @@ struct Prediction {
     std::vector<Pose> pose;          ///< at t0 + h
     std::vector<PlacedBody> placed;  ///< the same of the solved bodies, with rotation matrices
     std::vector<BodyRows> rows;      ///< and for the kernels
-    std::vector<double> radius;      ///< of the solved bodies around their centres of mass [m]; static: 0
-    std::vector<std::size_t> solved; ///< bodies in contacts or joints; the others move freely
+    std::vector<double> radius;      ///< of the solved bodies around their centres of mass [m]; fixed: 0
+    std::vector<std::size_t> solved; ///< bodies in contacts or joints, and kinematic ones; the others move freely
     std::vector<char> is_solved;     ///< is it one of them?
     Vec3 gravity = Vec3::Zero();     ///< [m/s^2]
     double h = 0.0;                  ///< [s]
 
-    /// No body is solved yet; velocities are those of `bodies`.
+    /// Only kinematic bodies are solved yet; velocities are those of `bodies`, theirs such that they end where their keys
+    /// have them.
     void begin(const Bodies& bodies, const Vec3& gravity_of_scene, double interval);
     void add(const Bodies& bodies, int body);
     /// Once they are added: where the others move.

@@ -60,7 +60,7 @@ Vec3 common_velocity(std::span<const BodyProps> props, std::span<const Velocity>
 } // namespace
 
 double moved_by(const BodyProps& props, const Pose& from, const Pose& to, const Vec3& drift) {
-    if (props.is_static()) {
+    if (props.is_fixed()) {
         return drift.norm();
     }
     const double turn = 2.0 * (to.orientation * from.orientation.conjugate()).vec().norm();
@@ -102,8 +102,8 @@ void Candidates::find_reach() {
     for (std::size_t i = 0; i < count_; ++i) {
         const BodyProps& props = bodies_.props[i];
         const Velocity& velocity = bodies_.velocity[i];
-        rim_speed_[i] = props.is_static() ? 0.0 : velocity.w.norm() * props.bounding_radius;
-        const double spin = props.is_static() ? 0.0 : spin_growth(props) * rim_speed_[i];
+        rim_speed_[i] = props.is_fixed() ? 0.0 : velocity.w.norm() * props.bounding_radius;
+        const double spin = props.is_fixed() ? 0.0 : spin_growth(props) * rim_speed_[i];
         reach_[i] = h * ((velocity.v - frame_).norm() + spin + h * settings_.gravity.norm());
     }
 }
@@ -158,7 +158,7 @@ bool Candidates::have_many_escaped() const {
 /// How far body i may move before its pairs are searched for again [m].
 double Candidates::search_reach(std::size_t i) const {
     return search_steps * reach_[i] +
-           (bodies_.props[i].is_static() ? 0.0 : search_share * bodies_.props[i].bounding_radius);
+           (bodies_.props[i].is_fixed() ? 0.0 : search_share * bodies_.props[i].bounding_radius);
 }
 
 /// Where body i may get to until then: a box in the frame of the search.

@@ -62,6 +62,7 @@ World World::restored(const SceneDef& scene, int threads, ByteReader& from) {
 void WorldState::resume() {
     CHECK(bodies.pose.size() == bodies.props.size());
     find_inverse_inertia(bodies);
+    bodies.time = time();
     velocity_at_node = contact_solver.velocity_at_node();
     progress = 1.0;
     search.candidates.resume();

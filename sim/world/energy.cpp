@@ -13,7 +13,7 @@ void EnergyWatch::start(const Bodies& bodies, std::span<const Velocity> velocity
     first_ = lowest_ = total(bodies, velocity);
 }
 
-/// Kinetic and potential energy of the dynamic bodies [J], the latter from the world's origin.
+/// Kinetic and potential energy of the dynamic bodies [J], the latter from the world's origin, without what was done on them.
 double EnergyWatch::total(const Bodies& bodies, std::span<const Velocity> velocity) {
     double kinetic = 0.0;
     double potential = 0.0;
@@ -25,7 +25,7 @@ double EnergyWatch::total(const Bodies& bodies, std::span<const Velocity> veloci
         }
     }
     largest_kinetic_ = std::max(largest_kinetic_, kinetic);
-    return kinetic + potential;
+    return kinetic + potential - (work_ - ahead_);
 }
 
 double EnergyWatch::gain(const Bodies& bodies, std::span<const Velocity> velocity) {

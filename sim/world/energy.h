@@ -1,5 +1,6 @@
 #pragma once
-/// Does a run gain energy? Contacts and joints only take it, so what rises above the lowest value so far comes from nothing.
+/// Does a run gain energy? Contacts and joints only take it, and what kinematic bodies give is known, so what rises above the
+/// lowest value so far comes from nothing.
 #include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"
 
@@ -11,6 +12,13 @@ class EnergyWatch {
 public:
     /// As a run begins. velocity [body_count]: of the instant, after its collisions.
     void start(const Bodies& bodies, std::span<const Velocity> velocity, const StepSettings& settings);
+
+    /// What kinematic bodies do: by an instant's collisions [J], and by the impulses planned there.
+    void add_work(double work) { work_ += work; }
+    void plan_work(const KinematicWork& planned) {
+        work_ += planned.all;
+        ahead_ = planned.ahead;
+    }
 
     /// After each step, with the same of its end. Returns by how much the energy now exceeds the
     /// lowest so far, as a share [-] of what the run turned over: its largest kinetic energy so far, and what it lost.
@@ -24,6 +32,8 @@ private:
     double first_ = 0.0;           ///< [J]
     double lowest_ = 0.0;          ///< [J]
     double largest_kinetic_ = 0.0; ///< [J]
+    double work_ = 0.0;            ///< [J] done by kinematic bodies
+    double ahead_ = 0.0;           ///< [J] of that, after the present instant
 };
 
 } // namespace sim

@@ -43,6 +43,7 @@ struct WorldState {
     void begin();
     void resume();
     StepReport step();
+    double time() const;
     void move(StepReport& report);
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);

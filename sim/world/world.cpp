@@ -53,7 +53,10 @@ Bodies all_bodies(const SceneDef& scene) {
     for (const BodyDef& body : scene.bodies) {
         bodies.props.push_back(make_body_props(body));
         bodies.pose.push_back({body.pose.position, body.pose.orientation.normalized()});
-        bodies.velocity.push_back(body.is_static() ? Velocity{} : Velocity{body.velocity, body.angular_velocity});
+        bodies.velocity.push_back(body.is_fixed() ? Velocity{} : Velocity{body.velocity, body.angular_velocity});
+        if (body.is_kinematic()) {
+            bodies.kinematic.push_back({bodies.props.size() - 1, body.motion});
+        }
     }
     bodies.props.emplace_back();
     bodies.pose.emplace_back();
@@ -135,6 +138,10 @@ StepReport WorldState::step() {
     return report;
 }
 
+double WorldState::time() const {
+    return static_cast<double>(step_index * settings.time_step.num) / static_cast<double>(settings.time_step.den);
+}
+
 /// Moves all bodies over the planned interval; the impulses for it have been found.
 void WorldState::move(StepReport& report) {
     const StageClock clock(report, Stage::integrate);
@@ -162,6 +169,11 @@ void WorldState::move(StepReport& report) {
     if (progress == 1.0) {
         ++step_index;
     }
+    bodies.time = progress == 1.0 ? time() : bodies.time + interval;
+    for (const KinematicBody& body : bodies.kinematic) {
+        bodies.pose[body.index] = body.motion.pose_at(bodies.time);
+        bodies.velocity[body.index] = body.motion.velocity_at(bodies.time);
+    }
 }
 
 void WorldState::find_contacts(StepReport& report) {
@@ -188,6 +200,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     collision_solver.most_sweeps = work_left();
     const CollisionReport result = collision_solver.resolve(bodies, search.pairs, joints, settings, after_collisions);
     const std::vector<char>& touched = result.touched;
+    energy.add_work(result.kinematic_work);
     work_done += result.iterations + sweeps_to_arrange * result.passes;
     if (result.collisions > 0) {
         joint_rows.apply_half_kick(joints, touched, bodies.velocity);
@@ -297,6 +310,9 @@ void WorldState::plan(StepReport& report) {
     }
     contact_solver.store_impulses(bodies, search.pairs, joints);
     joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
+    if (!bodies.kinematic.empty()) {
+        energy.plan_work(contact_solver.kinematic_work(bodies));
+    }
 }
 
 /// Sweeps that the step under way may still take.
@@ -388,8 +404,7 @@ bool WorldState::plan_interval(StepReport& report) {
 Snapshot WorldState::take_snapshot(ContactDetail contacts) const {
     Snapshot snapshot;
     snapshot.step = step_index;
-    snapshot.time = static_cast<double>(step_index * settings.time_step.num) /
-                    static_cast<double>(settings.time_step.den);
+    snapshot.time = time();
     for (std::size_t i = 0; i < reported_count; ++i) {
         snapshot.bodies.push_back({bodies.pose[i].position, bodies.pose[i].orientation, velocity_at_node[i].v,
                                    velocity_at_node[i].w});
@@ -419,8 +434,7 @@ std::int64_t World::step_index() const {
     return state_->step_index;
 }
 double World::time() const {
-    const Rational& h = state_->settings.time_step;
-    return static_cast<double>(state_->step_index * h.num) / static_cast<double>(h.den);
+    return state_->time();
 }
 Snapshot World::take_snapshot(ContactDetail contacts) const {
     return state_->take_snapshot(contacts);

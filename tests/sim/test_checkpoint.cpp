@@ -157,6 +157,13 @@ TEST(checkpoint, a_heap_of_hulls_cylinders_and_boxes_goes_on) {
     EXPECT_GT(seen.divisions, 0);
 }
 
+TEST(checkpoint, a_heap_that_is_stirred_goes_on) {
+    const std::string paddle = "[[body]]\nname = \"paddle\"\nshape = { kind = \"box\", size = [8, 0.2, 0.5] }\n"
+                               "position = [0, -1, 0.3]\nkeys = [{ time = 0 }, { time = 1, angle_degrees = 200 }]\n";
+    const Seen seen = expect_goes_on(parse_scene(heap_text("") + paddle, "stirred.toml"), 250, 10);
+    EXPECT_LT(seen.energy_gain, 1e-3);
+}
+
 TEST(checkpoint, steps_that_do_not_converge_go_on) {
     const Seen seen = expect_goes_on(parse_scene(heap_text("iteration_limit = 3\n"), "heap.toml"), 400, 10);
     EXPECT_GT(seen.unsettled, 0);

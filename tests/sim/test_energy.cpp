@@ -59,4 +59,16 @@ TEST(energy, what_the_tolerance_explains_is_no_gain) {
     EXPECT_GT(watch.gain(bodies, bodies.velocity), 0.0);
 }
 
+TEST(energy, what_kinematic_bodies_do_is_no_gain_and_no_more) {
+    Bodies bodies = falling_body(0.0);
+    EnergyWatch watch;
+    watch.start(bodies, bodies.velocity, settings());
+    watch.add_work(1.0);
+    watch.plan_work({.all = 5.0, .ahead = 2.0}); // 4 J of it all are done
+    bodies.velocity[0].v.x() = 2.0;
+    EXPECT_EQ(watch.gain(bodies, bodies.velocity), 0.0);
+    bodies.velocity[0].v.x() = 2.1;
+    EXPECT_NEAR(watch.gain(bodies, bodies.velocity), 0.41 / 4.41, 1e-3);
+}
+
 } // namespace

@@ -105,6 +105,7 @@ Entries smallest_table(const std::string& path) {
         {"output.speed_keys", {{"time", "0"}, {"speed", "1"}}},
         {"lattice.mix", {{"shape", "{ kind = 'sphere', radius = 1 }"}}},
         {"camera.keys", {{"time", "0"}, {"eye", "[1, 2, 3]"}, {"target", "[0, 0, 0]"}}},
+        {"body.keys", {{"time", "0"}}},
     };
     const auto found = tables.find(path);
     return found == tables.end() ? Entries{} : found->second;
@@ -138,6 +139,9 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     if (path == "camera" && key == "body") {
         company.with = {{"kind", "'follow'"}};
     }
+    if (path == "body" && key == "axis") {
+        company.with = {{"keys", "[{ time = 0 }]"}};
+    }
     if (path == "camera" && key == "bodies") {
         company.with = {{"kind", "'frame'"}};
     }
@@ -147,8 +151,7 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     });
     entries.insert(entries.end(), company.with.begin(), company.with.end());
     entries.emplace_back(key, value);
-    const bool is_inline = path.starts_with("shape ") || path.starts_with("part ") || path == "camera.keys" ||
-                           path == "output.speed_keys";
+    const bool is_inline = path.starts_with("shape ") || path.starts_with("part ") || path.ends_with("keys");
     std::string table;
     for (const auto& [name, text] : entries) {
         table += (is_inline && !table.empty() ? ", " : "") + name + " = " + text + (is_inline ? "" : "\n");
@@ -161,6 +164,9 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     }
     if (path == "camera.keys") {
         return "[[camera]]\nname = 'x'\nkeys = [{ " + table + " }]\n";
+    }
+    if (path == "body.keys") {
+        return ball + "keys = [{ " + table + " }]\n";
     }
     if (path == "output.speed_keys") {
         return "[output]\nspeed_keys = [{ " + table + " }]\n";

@@ -1,0 +1,156 @@
+/// Bodies that keys move: what they carry, drag, push and throw, against closed forms; and that what they give is no gain.
+#include "tests/laws/law_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace laws;
+
+sim::CurveKey<4> key(double time, const Vec3& position, double angle = 0.0, sim::Easing easing = sim::Easing::smooth) {
+    return {time, easing, {position.x(), position.y(), position.z(), angle}};
+}
+
+/// A kinematic box; its pose and velocities at the start are those of its keys.
+int add_moved_box(sim::SceneDef& scene, const Vec3& half_extents, std::vector<sim::CurveKey<4>> keys,
+                  const sim::MaterialDef& surface) {
+    const int index = add_box(scene, half_extents, {}, surface);
+    sim::BodyDef& body = scene.bodies[static_cast<std::size_t>(index)];
+    body.mass = {};
+    body.motion.keys = std::move(keys);
+    body.pose = body.motion.pose_at(0.0);
+    body.velocity = body.motion.velocity_at(0.0).v;
+    body.angular_velocity = body.motion.velocity_at(0.0).w;
+    return index;
+}
+
+/// A plate goes 1.5 m within `time`, from rest to rest: its acceleration falls evenly from `most` to -most. The friction of a
+/// block on it gives the share `grip` of most.
+struct Ride {
+    double time; ///< [s]
+    double grip; ///< [-]
+    double way = 1.5; ///< [m]
+    double most() const { return 6.0 * way / (time * time); }
+
+    /// Where the block comes to rest [m]. With half the grip it slips until T/2, goes with the plate until 3T/4 and slips
+    /// on from there.
+    double exact() const {
+        if (grip >= 1.0) {
+            return way;
+        }
+        const double friction = 0.5 * most();
+        const double speed = 3.0 / 16.0 * most() * time;
+        const auto plate_at = [&](double s) { return way * s * s * (3.0 - 2.0 * s); };
+        return 0.125 * friction * time * time + plate_at(0.75) - plate_at(0.5) + 0.5 * speed * speed / friction;
+    }
+};
+
+/// Error of the block's way [m]; gain: of energy, as the run tells it [-].
+double ride(Rational h, const Ride& plate, double& gain) {
+    sim::SceneDef scene = law_scene(h);
+    scene.step.tolerance = 1e-6; // what one may lift bodies by is no gain; in the first steps they have hardly any energy
+    const sim::MaterialDef surface = material(0.0, plate.grip * plate.most() / g);
+    add_moved_box(scene, {4, 1, 0.5}, {key(0.0, {0, 0, -0.5}), key(plate.time, {plate.way, 0, -0.5})}, surface);
+    const int block = add_box(scene, {0.5, 0.5, 0.05}, {{0, 0, 0.05}, Quat::Identity()}, surface);
+    sim::World world(scene);
+    double x = 0.0;
+    run(world, scene, 1.5 * plate.time, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+        gain = std::max(gain, report.energy_gain);
+        x = s.bodies[static_cast<std::size_t>(block)].position.x();
+        return true;
+    });
+    return std::abs(x - plate.exact());
+}
+
+TEST(law_kinematic, a_block_on_a_plate_sticks_or_slips_as_coulomb_says) {
+    for (const double grip : {1.2, 0.5}) {
+        const std::string name = grip > 1.0 ? "block that a plate carries" : "block that a plate leaves behind";
+        double gain = 0.0;
+        const std::vector steps{microseconds(4000), microseconds(2000), microseconds(1000)};
+        const Convergence c = converge(name, "way [m]", 1e-5, steps, [&](Rational h) {
+            double worst = 0.0;
+            for (const double late : {0.0, 0.4, 0.8, 1.2, 1.6}) { // steps: so that friction changes at any part of one
+                worst = std::max(worst, ride(h, {0.96 + late * h.value(), grip}, gain));
+            }
+            return worst;
+        });
+        record({name, "gain of energy [-]", 4e-3, gain, 1e-4});
+        EXPECT_LT(c.errors.back(), 1e-5) << name;
+        EXPECT_TRUE(c.is_second_order(1e-9)) << name << ": order " << c.order();
+        EXPECT_LT(gain, 1e-4) << name;
+    }
+}
+
+TEST(law_kinematic, a_ball_leaves_a_piston_as_newton_says) {
+    for (const double e : {0.0, 0.5, 1.0}) {
+        sim::SceneDef scene = law_scene(microseconds(1000));
+        scene.step.gravity.setZero();
+        scene.step.impacts = e == 1.0 ? sim::ImpactHandling::stop : sim::ImpactHandling::ahead;
+        const double speed = 3.0; // [m/s]
+        add_moved_box(scene, {0.5, 1, 1}, {key(0.0, {-1, 0, 0}, 0, sim::Easing::linear), key(1.0, {speed - 1, 0, 0})},
+                      material(e, 0.0));
+        const int ball = add_sphere(scene, 0.25, {0, 0, 0}, material(e, 0.0));
+        sim::World world(scene);
+        double gain = 0.0, v = 0.0;
+        run(world, scene, 0.5, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+            gain = std::max(gain, report.energy_gain);
+            v = s.bodies[static_cast<std::size_t>(ball)].velocity.x();
+            return true;
+        });
+        EXPECT_NEAR(v, (1.0 + e) * speed, 1e-9) << e;
+        EXPECT_LT(gain, 1e-9) << e;
+    }
+}
+
+/// The block takes the turntable's speed with it where friction gives its centripetal force, and not where it does not.
+TEST(law_kinematic, a_turntable_carries_a_block_round) {
+    const auto slip = [](Rational h, double mu) {
+        sim::SceneDef scene = law_scene(h);
+        scene.step.tolerance = 1e-6;
+        const sim::MaterialDef surface = material(0.0, mu);
+        const double turn = 2.0 * pi;
+        add_moved_box(scene, {3, 3, 0.5}, {key(0.0, {0, 0, -0.5}), key(4.0, {0, 0, -0.5}, turn)}, surface);
+        const int block = add_box(scene, {0.2, 0.2, 0.05}, {{1, 0, 0.05}, Quat::Identity()}, surface);
+        double gain = 0.0;
+        sim::World world(scene);
+        sim::Snapshot end;
+        run(world, scene, 4.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+            gain = std::max(gain, report.energy_gain);
+            end = s;
+            return true;
+        });
+        EXPECT_LT(gain, 1e-5) << mu;
+        return (end.bodies[static_cast<std::size_t>(block)].position - Vec3(1, 0, 0.05)).norm();
+    };
+    // At T/2 the table turns fastest, 1.5 times as fast as on the average: w^2 r = 5.55 m/s^2 = 0.566 g.
+    const Convergence c = converge("block on a turntable", "where it is after a turn [m]", 1e-5,
+                                   {microseconds(4000), microseconds(2000), microseconds(1000)},
+                                   [&](Rational h) { return slip(h, 0.6); });
+    EXPECT_LT(c.errors.back(), 1e-5);
+    EXPECT_TRUE(c.is_second_order(1e-9)) << c.order();
+    EXPECT_GT(slip(microseconds(1000), 0.54), 0.01);
+}
+
+/// A lift, a push, an impact and what hangs on it at once.
+TEST(law_kinematic, what_a_hand_gives_is_no_gain) {
+    sim::SceneDef scene = law_scene(microseconds(1000));
+    scene.step.tolerance = 1e-6;
+    add_moved_box(scene, {1, 1, 0.5}, {key(0.0, {0, 0, -0.5}), key(0.5, {0, 0, 1.5}), key(1.0, {2, 0, 0.5})}, material(0.3, 0.8));
+    add_box(scene, {0.2, 0.2, 0.2}, {{0, 0, 0.2}, Quat::Identity()}, material(0.3, 0.8));
+    add_sphere(scene, 0.2, {0.5, 0.5, 0.7}, material(0.9, 0.3));
+    add_box(scene, {0.1, 0.1, 0.5}, {{1.2, 0, -0.5}, Quat::Identity()});
+    add_joint(scene, sim::JointKind::ball, {3, 0}, {1.2, 0, 0});
+    sim::World world(scene);
+    const double start = energy(scene, world.take_snapshot());
+    double gain = 0.0, highest = start;
+    run(world, scene, 1.5, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+        gain = std::max(gain, report.energy_gain);
+        highest = std::max(highest, energy(scene, s));
+        return true;
+    });
+    record({"box, ball and pendulum on a hand", "gain of energy in 1.5 s [-]", 1e-3, gain, 1e-4});
+    EXPECT_LT(gain, 1e-4);
+    EXPECT_GT(highest, start + scene.bodies[1].mass.mass * g);
+}
+
+} // namespace
