@@ -106,8 +106,8 @@ struct LanePoint {
     Vec6 wrench() const;
 };
 
-/// Impulses at an instant do this work on the account of kinematic bodies [J].
-struct KinematicWork {
+/// Work [J] that kinematic bodies and motors do by the impulses of an instant.
+struct DriveWork {
     double all = 0.0;
     double ahead = 0.0; ///< of it, what acts after the instant
 };

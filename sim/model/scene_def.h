@@ -84,6 +84,20 @@ struct BodyDef {
 enum class JointKind {
     ball,    ///< the two anchors coincide
     hinge,   ///< and the two axes are parallel
+    slider,  ///< the second anchor moves along the axis, and nothing turns
+};
+
+/// Holds a hinge at an angle, or a slider at a place; softly.
+struct SpringDef {
+    double stiffness = 0.0;                    ///< k [N m/rad] or [N/m] >= 0
+    double damping = 0.0;                      ///< c [N m s/rad] or [N s/m] >= 0
+    double rest = 0.0;                         ///< [rad] or [m] from the start, of a against b
+};
+
+/// Turns a hinge, or pushes a slider.
+struct MotorDef {
+    double speed = 0.0;                        ///< [rad/s] or [m/s] of a against b
+    double limit = 0.0;                        ///< [N m] or [N] > 0 largest torque or force
 };
 
 /// Joint between two bodies; where the second is the world or static it holds the first in place.
@@ -93,7 +107,9 @@ struct JointDef {
     int body_a = -1;                           ///< index into bodies
     int body_b = -1;                           ///< index into bodies; -1: the world
     Vec3 anchor = Vec3::Zero();                ///< [m], world, at t = 0
-    Vec3 axis{0, 1, 0};                        ///< unit, world, at t = 0; hinge only
+    Vec3 axis{0, 1, 0};                        ///< unit, world, at t = 0; of a hinge or slider
+    std::optional<SpringDef> spring;           ///< along or about that axis
+    std::optional<MotorDef> motor;
     bool is_drawn = true;                      ///< as a rod from the anchor to body_a's centre
 };
 

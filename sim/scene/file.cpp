@@ -227,6 +227,29 @@ int find_body(const Loading& loading, const std::string& name, const TextPlace& 
     return found->second;
 }
 
+/// Spring and motor of a hinge or slider. sign: -1 where the first body named is the joint's second.
+void read_drives(const Loading& loading, Section& joint, JointDef& def, double sign) {
+    if (joint.has("spring")) {
+        Section section(loading.source, joint.table("spring"), scene_section("joint.spring"), joint.title() + " spring");
+        const bool is_hinge = def.kind == JointKind::hinge;
+        const double rest = is_hinge ? section.number("rest_degrees") * (std::numbers::pi / 180.0) : section.number("rest");
+        def.spring = {section.number("stiffness"), section.number("damping"), sign * rest};
+        section.finish(is_hinge ? "at a hinge" : "at a slider");
+        if (def.spring->stiffness == 0.0 && def.spring->damping == 0.0) {
+            section.fail("stiffness", "stiffness and damping are 0, expected one of them > 0");
+        }
+    }
+    if (joint.has("motor")) {
+        Section section(loading.source, joint.table("motor"), scene_section("joint.motor"), joint.title() + " motor");
+        def.motor = {sign * section.number("speed"), section.number("limit")};
+        const double most = largest_turn_in_step / loading.scene.step.time_step.value();
+        if (def.kind == JointKind::hinge && std::abs(def.motor->speed) > most) {
+            section.fail("speed", fmt::format("speed is {:.3g} rad/s, expected at most {:.3g} rad/s: {:g} rad a step",
+                                              def.motor->speed, most, largest_turn_in_step));
+        }
+    }
+}
+
 void read_joint(Loading& loading, const TreeNode& node, const std::string& title) {
     Section section(loading.source, node, scene_section("joint"), title);
     JointDef joint;
@@ -236,7 +259,8 @@ void read_joint(Loading& loading, const TreeNode& node, const std::string& title
     const TextPlace place = section.place_of("bodies");
     joint.body_a = find_body(loading, names[0], place, title);
     joint.body_b = names.size() > 1 ? find_body(loading, names[1], place, title) : -1;
-    if (joint.body_a < 0) {
+    const bool is_swapped = joint.body_a < 0;
+    if (is_swapped) {
         std::swap(joint.body_a, joint.body_b);
     }
     const auto is_held = [&](int body) {
@@ -249,11 +273,12 @@ void read_joint(Loading& loading, const TreeNode& node, const std::string& title
         section.fail("bodies", "neither body can move, expected at least one that is not static");
     }
     joint.anchor = section.vector("anchor");
-    if (joint.kind == JointKind::hinge) {
+    if (joint.kind != JointKind::ball) {
         joint.axis = section.direction("axis");
+        read_drives(loading, section, joint, is_swapped ? -1.0 : 1.0);
     }
-    joint.is_drawn = section.boolean("drawn");
-    section.finish("in a ball joint");
+    joint.is_drawn = joint.kind != JointKind::slider && section.boolean("drawn");
+    section.finish(joint.kind == JointKind::ball ? "in a ball joint" : "in a slider");
     for (const JointDef& other : loading.scene.joints) {
         if (other.name == joint.name) {
             section.fail("name", "the name is taken by an earlier joint, expected another");

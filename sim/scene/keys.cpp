@@ -330,13 +330,36 @@ SectionSpec joint_section() {
      {
          {"name", text, "", required_key, "how messages and `--set` call it; unique", any, ""},
          {"kind", choice, "", required_key,
-          "`ball`: the anchors stay together; `hinge`: the axes stay parallel too", any, "ball hinge"},
+          "`ball`: the anchors stay together; `hinge`: the axes stay parallel too; `slider`: nothing turns, and the first body "
+          "moves along the axis", any, "ball hinge slider"},
          {"bodies", names, "", required_key,
           "names of two bodies; only one, or \"world\": held by the world", any, ""},
          {"anchor", vector, "m", required_key, "point that both share, in the world at the start", any, ""},
-         {"axis", direction, "", none, "of a hinge, in the world at the start", any, ""},
-         {"drawn", boolean, "", "true", "as a rod from the anchor to the first body's centre of mass", any, ""},
+         {"axis", direction, "", none, "of a hinge or slider, in the world at the start", any, ""},
+         {"spring", table, "", none, "of a hinge or slider", any, "{ stiffness = ... }"},
+         {"motor", table, "", none, "of a hinge or slider", any, "{ speed = ..., limit = ... }"},
+         {"drawn", boolean, "", "true", "as a rod from the anchor to the first body's centre of mass; not of a slider", any, ""},
      }};
+}
+
+SectionSpec spring_section() {
+    return {"joint.spring", "spring = { ... }",
+            "Draws a hinge or slider back to where it rests; computed such that it is stable at any step.",
+            {
+                {"stiffness", number, "N m/rad or N/m", required_key, "0: a damper", not_negative, ""},
+                {"damping", number, "N m s/rad or N s/m", "0", "against the joint's speed", not_negative, ""},
+                {"rest_degrees", number, "degrees", "0",
+                 "of a hinge: where it rests; the first body against the second, from the start", any, ""},
+                {"rest", number, "m", "0", "of a slider: the same", any, ""},
+            }};
+}
+
+SectionSpec motor_section() {
+    return {"joint.motor", "motor = { ... }", "Turns a hinge, or moves a slider.",
+            {
+                {"speed", number, "rad/s or m/s", required_key, "of the first body against the second", any, ""},
+                {"limit", number, "N m or N", required_key, "largest torque or force", positive, ""},
+            }};
 }
 
 SectionSpec study_section() {
@@ -360,7 +383,8 @@ SectionSpec study_section() {
 
 std::vector<SectionSpec> all_sections() {
     std::vector<SectionSpec> sections{top_section(), simulation_section(), output_section(), speed_section()};
-    for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), {joint_section()}, view_sections(),
+    const std::vector<SectionSpec> joints{joint_section(), spring_section(), motor_section()};
+    for (const std::vector<SectionSpec>& group : {body_sections(), pattern_sections(), joints, view_sections(),
                                                   overlay_sections(), {study_section()}}) {
         sections.insert(sections.end(), group.begin(), group.end());
     }

@@ -3,6 +3,7 @@
 #include "sim/model/integrate.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>
@@ -70,9 +71,19 @@ bool has_unequal_moments(const BodyDef& body) {
 
 std::string joints_of(const SceneDef& scene) {
     const auto count = [&](JointKind kind) { return std::ranges::count(scene.joints, kind, &JointDef::kind); };
-    const auto balls = count(JointKind::ball), hinges = count(JointKind::hinge);
-    std::string text = balls > 0 ? fmt::format("{} ball", balls) : "";
-    return text + (hinges > 0 ? fmt::format("{}{} hinge", balls > 0 ? ", " : "", hinges) : "");
+    std::vector<std::string> parts;
+    for (const auto& [number, name] :
+         {std::pair(count(JointKind::ball), "ball"), {count(JointKind::hinge), "hinge"}, {count(JointKind::slider), "slider"}}) {
+        if (number > 0) {
+            parts.push_back(fmt::format("{} {}", number, name));
+        }
+    }
+    return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string joints_with(const SceneDef& scene, const char* what, const std::function<bool(const JointDef&)>& test) {
+    const auto count = std::ranges::count_if(scene.joints, test);
+    return count > 0 ? fmt::format("{} {}", count, what) : "";
 }
 
 bool is_elastic(const BodyDef& body) {
@@ -100,6 +111,8 @@ std::vector<ModelPart> model_parts(const SceneDef& scene) {
     add("restitution", may_touch ? range_of(scene, &MaterialDef::restitution) : "");
     add("friction", may_touch ? friction_of(scene) : "");
     add("joints", joints_of(scene));
+    add("springs", joints_with(scene, "in joints", [](const JointDef& joint) { return joint.spring.has_value(); }));
+    add("motors", joints_with(scene, "in joints", [](const JointDef& joint) { return joint.motor.has_value(); }));
     add("kinematic bodies", bodies_where(scene, [](const BodyDef& b) { return b.is_kinematic(); }));
     add("support points (libccd)", may_touch ? bodies_where(scene, is_convex_part) : "");
     add("compounds", bodies_where(scene, [](const BodyDef& b) { return std::holds_alternative<Compound>(b.shape); }));

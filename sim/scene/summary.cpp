@@ -54,7 +54,7 @@ std::string describe_joints(const SceneDef& scene) {
         std::ranges::count_if(scene.joints, [](const JointDef& joint) { return joint.body_b < 0; });
     std::vector<std::string> parts;
     for (const auto& [number, name] :
-         {std::pair(count(JointKind::ball), "ball"), {count(JointKind::hinge), "hinge"}}) {
+         {std::pair(count(JointKind::ball), "ball"), {count(JointKind::hinge), "hinge"}, {count(JointKind::slider), "slider"}}) {
         if (number > 0) {
             parts.push_back(fmt::format("{} {}", number, name));
         }

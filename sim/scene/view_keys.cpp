@@ -100,7 +100,7 @@ std::vector<SectionSpec> overlay_sections() {
          {
              {"title", text, "", "\"\"", "above the plot; left out: the quantity", any, ""},
              {"quantity", choice, "", required_key,
-              "`energy`: kinetic, potential and their sum [J]; `inclination` of a body's z axis to the "
+              "`energy`: kinetic, potential and their sum [J], without that in springs; `inclination` of a body's z axis to the "
               "vertical [degrees]; `distance` of a body's centre of mass from its place at the start [m]; "
               "number of loaded `contacts`", any, "energy inclination distance contacts"},
              {"bodies", texts, "", none, "names of the bodies, a curve each; not for energy and contacts", any, ""},

@@ -172,7 +172,7 @@ double CollisionSolver::work_of_pass() {
     if (kinematic_.empty()) {
         return 0.0;
     }
-    const double before = std::exchange(joint_work_, joints_.work({}, kinematic_));
+    const double before = std::exchange(joint_work_, joints_.work(kinematic_, {}, {}).all);
     double work = joint_work_ - before;
     for (const Block& block : loop_.blocks) {
         const std::size_t lane = Blocks::lane_of(block);
@@ -330,7 +330,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         bool converged = true;
         report.iterations += iterate(velocity, settings, converged);
         report.energy_removed += keep_energy(bodies, velocity, settings);
-        report.kinematic_work += work_;
+        report.drive_work += work_;
         if (impacts != nullptr) {
             report_impacts(pairs, report.passes);
         }

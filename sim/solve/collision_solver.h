@@ -21,7 +21,7 @@ struct CollisionReport {
     int passes = 0;
     int iterations = 0;          ///< sweeps
     double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
-    double kinematic_work = 0.0; ///< [J] that kinematic bodies did
+    double drive_work = 0.0; ///< [J] that kinematic bodies did
     /// The last pass converged, and no contact is left that collides. What an earlier pass left undone the next one mends.
     bool converged = true;
     Unsettled unsettled; ///< if it did not

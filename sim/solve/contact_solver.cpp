@@ -245,12 +245,13 @@ std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bod
     return at_node_;
 }
 
-KinematicWork ContactSolver::kinematic_work(const Bodies& bodies) const {
+DriveWork ContactSolver::drive_work(const Bodies& bodies) {
     const std::vector<Velocity> velocity = kinematic_velocity(bodies);
-    KinematicWork work = contacts_.work_by(velocity);
-    const double of_joints = joints_.work({}, velocity);
-    work.all += of_joints;
-    work.ahead += of_joints - joints_.work(joint_weight_, velocity);
+    DriveWork work = contacts_.work_by(velocity);
+    const std::span<const Velocity> at_node = joints_.has_motors() ? find_velocity_at_node(bodies) : std::span<const Velocity>{};
+    const DriveWork of_joints = joints_.work(velocity, at_node, joint_weight_);
+    work.all += of_joints.all;
+    work.ahead += of_joints.ahead;
     return work;
 }
 

@@ -39,8 +39,8 @@ public:
     /// Stores impulses, marks and leftover slip in the memory of pairs and joints.
     void store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Joint> joints);
 
-    /// Once the impulses are stored: what kinematic bodies do by them.
-    KinematicWork kinematic_work(const Bodies& bodies) const;
+    /// Once the impulses are stored: what kinematic bodies and motors do by them.
+    DriveWork drive_work(const Bodies& bodies);
 
     /// Of the joints under the impulses found: see JointSolver::fastest_rate() [rad/s].
     double joint_rate(const Bodies& bodies);

@@ -94,8 +94,8 @@ void RestingContacts::store(const Bodies& bodies, std::vector<PairContacts>& pai
     });
 }
 
-KinematicWork RestingContacts::work_by(std::span<const Velocity> velocity) const {
-    KinematicWork sum;
+DriveWork RestingContacts::work_by(std::span<const Velocity> velocity) const {
+    DriveWork sum;
     for (const Block& block : loop.blocks) {
         if (block.count == 0) {
             continue;

@@ -12,32 +12,11 @@ namespace {
 /// factored, whatever the masses. The outer iterations take out what it leaves, a share of the same size each.
 constexpr double regularisation = 1e-11;
 
+/// Times that motors may reach their limits, or leave them, in one solve.
+constexpr int limit_rounds = 20;
+
 /// Of the motion that fastest_rate() begins with; any that is not across the fastest one will do.
 constexpr std::uint64_t mode_seed = 1;
-
-Vec3 across(const Vec3& axis) {
-    int least = 0;
-    axis.cwiseAbs().minCoeff(&least);
-    return axis.cross(Vec3::Unit(least)).normalized();
-}
-
-/// Calls set(gap) for each row in order: the gap vector a - b, and a hinge's two misalignments.
-template <typename F>
-void for_each_gap(std::span<const Joint> joints, std::span<const Pose> pose, F&& set) {
-    for (const Joint& joint : joints) {
-        const Pose& a = pose[static_cast<std::size_t>(joint.a)];
-        const Pose& b = pose[static_cast<std::size_t>(joint.b)];
-        const Vec3 d = a * joint.anchor_a - b * joint.anchor_b;
-        for (int k = 0; k < 3; ++k) {
-            set(d[k]);
-        }
-        if (joint.kind == JointKind::hinge) {
-            const Vec3 axis = a.orientation * joint.axis_a;
-            set(axis.dot(b.orientation * joint.across_b_1));
-            set(axis.dot(b.orientation * joint.across_b_2));
-        }
-    }
-}
 
 } // namespace
 
@@ -55,63 +34,67 @@ JointSolver::~JointSolver() = default;
 JointSolver::JointSolver(JointSolver&&) noexcept = default;
 JointSolver& JointSolver::operator=(JointSolver&&) noexcept = default;
 
-Joint make_joint(const JointDef& def, std::span<const Pose> pose, int world_body) {
-    Joint joint;
-    joint.kind = def.kind;
-    joint.a = def.body_a;
-    joint.b = def.body_b < 0 ? world_body : def.body_b;
-    const Pose& a = pose[static_cast<std::size_t>(joint.a)];
-    const Pose& b = pose[static_cast<std::size_t>(joint.b)];
-    joint.anchor_a = a.orientation.conjugate() * (def.anchor - a.position);
-    joint.anchor_b = b.orientation.conjugate() * (def.anchor - b.position);
-    joint.axis_a = a.orientation.conjugate() * def.axis;
-    const Vec3 first = across(def.axis);
-    joint.across_b_1 = b.orientation.conjugate() * first;
-    joint.across_b_2 = b.orientation.conjugate() * def.axis.cross(first);
-    return joint;
-}
-
 void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
     rows_.clear();
-    if (joints.empty()) {
-        return;
-    }
-    Vec3 r_a, r_b;
-    const auto add = [&](const Joint& joint, const Vec3& axis, const Vec3& arm_a, const Vec3& arm_b) {
-        const auto a = static_cast<std::size_t>(joint.a);
-        const auto b = static_cast<std::size_t>(joint.b);
-        rows_.push_back({joint.a, joint.b, bodies.props[a].inverse_mass, bodies.props[b].inverse_mass, axis, r_a, r_b,
-                         arm_a, arm_b, bodies.inverse_inertia[a] * arm_a, bodies.inverse_inertia[b] * arm_b,
-                         0.0, 0.0, 0, 0, 0.0});
-    };
-    for (const Joint& joint : joints) {
-        const Pose& a = bodies.pose[static_cast<std::size_t>(joint.a)];
-        const Pose& b = bodies.pose[static_cast<std::size_t>(joint.b)];
-        r_a = a.orientation * joint.anchor_a;
-        r_b = b.orientation * joint.anchor_b;
-        for (int k = 0; k < 3; ++k) {
-            const Vec3 axis = Vec3::Unit(k);
-            add(joint, axis, r_a.cross(axis), r_b.cross(axis));
-        }
-        if (joint.kind == JointKind::hinge) {
-            const Vec3 axis = a.orientation * joint.axis_a;
-            for (const Vec3& across_b : {joint.across_b_1, joint.across_b_2}) {
-                const Vec3 arm = axis.cross(b.orientation * across_b);
-                add(joint, Vec3::Zero(), arm, arm);
-            }
-        }
-    }
-    std::size_t next = 0;
-    for_each_gap(joints, bodies.pose, [&](double gap) { rows_[next++].gap = gap; });
-    next = 0;
-    for (int i = 0; i < static_cast<int>(joints.size()); ++i) {
-        const int count = joints[static_cast<std::size_t>(i)].kind == JointKind::hinge ? 5 : 3;
-        for (int k = 0; k < count; ++k) {
-            rows_[next].joint = i;
-            rows_[next++].index = k;
-        }
+    has_drives_ = has_motors_ = has_springs_ = false;
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+        add_rows(bodies, joints[i], static_cast<int>(i));
     }
     is_factored_ = false;
+}
+
+void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index) {
+    const auto a = static_cast<std::size_t>(joint.a);
+    const auto b = static_cast<std::size_t>(joint.b);
+    const Pose& pose_a = bodies.pose[a];
+    const Pose& pose_b = bodies.pose[b];
+    const Vec3 r_a = pose_a.orientation * joint.anchor_a;
+    // What a slider draws out belongs to the arm.
+    const Vec3 d = pose_a * joint.anchor_a - pose_b * joint.anchor_b;
+    const Vec3 held_b = pose_b.orientation * joint.anchor_b;
+    const Vec3 r_b = joint.kind == JointKind::slider ? Vec3(held_b + d) : held_b;
+    const std::size_t first = rows_.size();
+    const auto add = [&](RowKind kind, const Vec3& axis, const Vec3& arm_a, const Vec3& arm_b, double gap) -> Row& {
+        return rows_.emplace_back(Row{.kind = kind,
+                                      .joint = index,
+                                      .index = static_cast<int>(rows_.size() - first),
+                                      .a = joint.a,
+                                      .b = joint.b,
+                                      .inverse_mass_a = bodies.props[a].inverse_mass,
+                                      .inverse_mass_b = bodies.props[b].inverse_mass,
+                                      .axis = axis,
+                                      .r_a = r_a,
+                                      .r_b = r_b,
+                                      .arm_a = arm_a,
+                                      .arm_b = arm_b,
+                                      .turn_a = bodies.inverse_inertia[a] * arm_a,
+                                      .turn_b = bodies.inverse_inertia[b] * arm_b,
+                                      .gap = gap});
+    };
+    const JointAxes axes = joint_axes(joint, pose_a, pose_b);
+    for (int k = 0; k < axes.point_count; ++k) {
+        const Vec3& axis = axes.points[static_cast<std::size_t>(k)];
+        add(RowKind::point, axis, r_a.cross(axis), r_b.cross(axis), axis.dot(d));
+    }
+    for (int k = 0; k < axes.angle_count; ++k) {
+        const Vec3& of_a = axes.angles_a[static_cast<std::size_t>(k)];
+        const Vec3& of_b = axes.angles_b[static_cast<std::size_t>(k)];
+        const Vec3 arm = of_a.cross(of_b);
+        add(RowKind::angle, Vec3::Zero(), arm, arm, of_a.dot(of_b));
+    }
+    for (const RowKind kind : {RowKind::motor, RowKind::spring}) {
+        if (!(kind == RowKind::motor ? joint.motor.has_value() : joint.spring.has_value())) {
+            continue;
+        }
+        const bool is_slider = joint.kind == JointKind::slider;
+        const Vec3 axis = is_slider ? pose_b.orientation * joint.axis_b : pose_a.orientation * joint.axis_a;
+        Row& row = is_slider ? add(kind, axis, r_a.cross(axis), r_b.cross(axis), 0.0) : add(kind, Vec3::Zero(), axis, axis, 0.0);
+        row.gap = drive_position(joint, pose_a, pose_b, joint.memory.position);
+        row.before = kind == RowKind::spring ? joint.memory.spring_owed : 0.0;
+        has_drives_ = true;
+        has_motors_ = has_motors_ || kind == RowKind::motor;
+        has_springs_ = has_springs_ || kind == RowKind::spring;
+    }
 }
 
 /// J M^-1 J^T: rows couple where they share a body.
@@ -124,7 +107,7 @@ void JointSolver::factorise() {
     f.entries.clear();
     const auto count = static_cast<int>(rows_.size());
     for (int i = 0; i < count; ++i) {
-        const Row& x = rows_[static_cast<std::size_t>(i)];
+        Row& x = rows_[static_cast<std::size_t>(i)];
         for (int j = 0; j <= i; ++j) {
             const Row& y = rows_[static_cast<std::size_t>(j)];
             double k = 0.0;
@@ -140,8 +123,14 @@ void JointSolver::factorise() {
             add_body(x.a, x.inverse_mass_a, x.arm_a, 1.0, y.b, y.turn_b, -1.0);
             add_body(x.b, x.inverse_mass_b, x.arm_b, -1.0, y.a, y.turn_a, 1.0);
             add_body(x.b, x.inverse_mass_b, x.arm_b, -1.0, y.b, y.turn_b, -1.0);
+            if (i == j) {
+                x.response = k;
+                k = x.is_out ? 1.0 : (1.0 + regularisation) * k + x.softness;
+            } else if (x.is_out || y.is_out) {
+                k = 0.0;
+            }
             if (coupled) {
-                f.entries.emplace_back(i, j, i == j ? (1.0 + regularisation) * k : k);
+                f.entries.emplace_back(i, j, k);
             }
         }
     }
@@ -162,46 +151,117 @@ double JointSolver::row_velocity(const Row& row, std::span<const Velocity> veloc
     return row.axis.dot(a.v - b.v) + row.arm_a.dot(a.w) - row.arm_b.dot(b.w);
 }
 
+/// What the row's velocity lacks; a soft row does without what its impulse makes up for.
+double JointSolver::missing_of(const Row& row, std::span<const Velocity> velocity) const {
+    return row.target - row.softness * row.sum - row_velocity(row, velocity);
+}
+
+void JointSolver::take_out_drives(bool is_out) {
+    for (Row& row : rows_) {
+        row.is_out = row.is_drive() && is_out;
+    }
+    is_factored_ = is_factored_ && !has_drives_;
+}
+
 void JointSolver::target_rest() {
     for (Row& row : rows_) {
         row.target = 0.0;
     }
+    take_out_drives(true);
 }
 
 double JointSolver::target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
                                   std::span<const Velocity> velocity, double h, double share) {
     double largest = 0.0, square = 0.0;
-    std::size_t next = 0;
-    const auto set = [&](double gap) {
-        Row& row = rows_[next++];
+    JointAxes axes;
+    for (Row& row : rows_) {
+        const Joint& joint = joints[static_cast<std::size_t>(row.joint)];
+        const Pose& a = predicted[static_cast<std::size_t>(row.a)];
+        const Pose& b = predicted[static_cast<std::size_t>(row.b)];
+        if (row.index == 0) {
+            axes = joint_axes(joint, a, b);
+        }
+        if (row.is_drive()) {
+            target_drive(joint, row, drive_position(joint, a, b, row.gap), row_velocity(row, velocity), h);
+            continue;
+        }
+        const bool is_point = row.kind == RowKind::point;
+        const auto k = static_cast<std::size_t>(is_point ? row.index : row.index - axes.point_count);
+        const double gap = is_point ? axes.points[k].dot(a * joint.anchor_a - b * joint.anchor_b)
+                                    : axes.angles_a[k].dot(axes.angles_b[k]);
         const double error = gap - (1.0 - share) * row.gap;
         row.target = row_velocity(row, velocity) - error / h;
-        const bool is_of_anchors = row.index < 3; // their distance counts, not its components
-        square = error * error + (is_of_anchors && row.index > 0 ? square : 0.0);
+        // The distance of anchors counts, not its components.
+        square = error * error + (is_point && row.index > 0 ? square : 0.0);
         largest = std::max(largest, std::sqrt(square));
-    };
-    for_each_gap(joints, predicted, set);
+    }
     return largest;
 }
+
+/// position: the joint's at t0 + h, reached with row_velocity u. With x linear in u, the impulse before + after of a spring,
+/// after = -k (x(t0) + x - 2 rest) h/4 - c (x - x(t0)) / 2, is p = -(stretch + soft u); the row asks for u + p / soft.
+void JointSolver::target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h) {
+    if (row.kind == RowKind::motor) {
+        row.target = row_velocity + joint.motor->speed - (position - row.gap) / h;
+        row.most = joint.motor->limit * 0.5 * (joint.memory.last_interval + h);
+        return;
+    }
+    const auto& [stiffness, damping, rest] = *joint.spring;
+    const double still = position - h * row_velocity; // reached with u = 0
+    const double soft = 0.25 * stiffness * h * h + 0.5 * damping * h;
+    const double stretch = 0.25 * stiffness * h * (row.gap + still - 2.0 * rest) + 0.5 * damping * (still - row.gap);
+    is_factored_ = is_factored_ && row.softness == 1.0 / soft;
+    row.softness = 1.0 / soft;
+    row.target = (row.before - stretch) / soft;
+}
+
+/// A motor never gives more than its limit; at it the others are solved anew. Returns false if one changed.
+bool JointSolver::keep_limits(std::span<Velocity> velocity) {
+    bool is_kept = true;
+    for (Row& row : rows_) {
+        if (row.kind != RowKind::motor) {
+            continue;
+        }
+        const double limited = std::clamp(row.sum, -row.most, row.most);
+        const bool exceeds = limited != row.sum;
+        // At its limit it takes part again where it would give less.
+        const bool eases = row.is_out && missing_of(row, velocity) * row.sum < 0.0;
+        if (exceeds) {
+            apply(row, limited - row.sum, velocity);
+            row.sum = limited;
+        }
+        if (exceeds || eases) {
+            row.is_out = exceeds;
+            is_factored_ = is_kept = false;
+        }
+    }
+    return is_kept;
+}
+
 double JointSolver::solve(std::span<Velocity> velocity) {
     if (rows_.empty()) {
         return 0.0;
     }
-    if (!is_factored_) {
-        factorise();
-    }
-    Factor& f = *factor_;
     double change = 0.0;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        const double missing = rows_[i].target - row_velocity(rows_[i], velocity);
-        f.right_side[static_cast<Eigen::Index>(i)] = missing;
-        change = std::max(change, std::abs(missing));
-    }
-    const Eigen::VectorXd impulse = f.ldlt.solve(f.right_side);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        const double p = impulse[static_cast<Eigen::Index>(i)];
-        rows_[i].sum += p;
-        apply(rows_[i], p, velocity);
+    for (int round = 0; round < limit_rounds; ++round) {
+        if (!is_factored_) {
+            factorise();
+        }
+        Factor& f = *factor_;
+        for (std::size_t i = 0; i < rows_.size(); ++i) {
+            const double missing = rows_[i].is_out ? 0.0 : missing_of(rows_[i], velocity);
+            f.right_side[static_cast<Eigen::Index>(i)] = missing;
+            change = std::max(change, std::abs(rows_[i].softness > 0.0 ? rows_[i].share() * missing : missing));
+        }
+        const Eigen::VectorXd impulse = f.ldlt.solve(f.right_side);
+        for (std::size_t i = 0; i < rows_.size(); ++i) {
+            const double p = impulse[static_cast<Eigen::Index>(i)];
+            rows_[i].sum += p;
+            apply(rows_[i], p, velocity);
+        }
+        if (!has_motors_ || keep_limits(velocity)) {
+            break;
+        }
     }
     return change;
 }
@@ -216,45 +276,83 @@ void JointSolver::apply(const Row& row, double p, std::span<Velocity> velocity) 
 }
 
 void JointSolver::apply_half_kick(std::span<const Joint> joints, std::span<const char> only,
-                                  std::span<Velocity> velocity) const {
-    for (const Row& row : rows_) {
+                                  std::span<Velocity> velocity) {
+    std::vector<double> of_springs(has_springs_ ? rows_.size() : 0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        const Row& row = rows_[i];
         const JointMemory& joint = joints[static_cast<std::size_t>(row.joint)].memory;
         if (only.empty() || only[static_cast<std::size_t>(row.a)] != 0 ||
             only[static_cast<std::size_t>(row.b)] != 0) {
-            apply(row, joint.owed * joint.impulse[static_cast<std::size_t>(row.index)], velocity);
+            const double owed = joint.owed * joint.impulse[static_cast<std::size_t>(row.index)];
+            apply(row, owed, velocity);
+            if (row.kind == RowKind::spring) {
+                of_springs[i] = joint.spring_owed - owed;
+            }
         }
     }
+    add_springs(of_springs, velocity);
 }
 
-void JointSolver::add_weighted(std::span<const double> weight, std::span<Velocity> velocity) const {
-    for (const Row& row : rows_) {
-        apply(row, weight[static_cast<std::size_t>(row.joint)] * row.sum, velocity);
+void JointSolver::add_weighted(std::span<const double> weight, std::span<Velocity> velocity) {
+    std::vector<double> of_springs(has_springs_ ? rows_.size() : 0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        const double before = weight[static_cast<std::size_t>(rows_[i].joint)] * rows_[i].sum;
+        apply(rows_[i], before, velocity);
+        if (rows_[i].kind == RowKind::spring) {
+            of_springs[i] = rows_[i].before - before;
+        }
+    }
+    add_springs(of_springs, velocity);
+}
+
+/// Impulses [rows] of springs alone, with what holds the joints closed under them. Empty: there are no springs.
+void JointSolver::add_springs(std::span<const double> impulse, std::span<Velocity> velocity) {
+    if (impulse.empty()) {
+        return;
+    }
+    std::vector<Velocity> change(velocity.size());
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        apply(rows_[i], impulse[i], change);
+    }
+    close(change);
+    for (std::size_t i = 0; i < change.size(); ++i) {
+        velocity[i].v += change[i].v;
+        velocity[i].w += change[i].w;
     }
 }
 
-double JointSolver::work(std::span<const double> weight, std::span<const Velocity> velocity) const {
-    double sum = 0.0;
+DriveWork JointSolver::work(std::span<const Velocity> kinematic, std::span<const Velocity> at_node,
+                            std::span<const double> weight) const {
+    DriveWork sum;
     for (const Row& row : rows_) {
-        const double share = weight.empty() ? 1.0 : weight[static_cast<std::size_t>(row.joint)];
-        sum -= share * row.sum * row_velocity(row, velocity);
+        const bool drives = row.kind == RowKind::motor && !at_node.empty();
+        const double speed = (drives ? row_velocity(row, at_node) : 0.0) - row_velocity(row, kinematic);
+        sum.all += row.sum * speed;
+        const double share = weight.empty() ? 0.0 : weight[static_cast<std::size_t>(row.joint)];
+        const double before = row.kind == RowKind::spring ? row.before : share * row.sum;
+        sum.ahead += (row.sum - before) * speed;
     }
     return sum;
 }
 
 void JointSolver::store_impulses(std::span<Joint> joints) const {
     for (const Row& row : rows_) {
-        joints[static_cast<std::size_t>(row.joint)].memory.impulse[static_cast<std::size_t>(row.index)] = row.sum;
+        JointMemory& memory = joints[static_cast<std::size_t>(row.joint)].memory;
+        memory.impulse[static_cast<std::size_t>(row.index)] = row.sum;
+        memory.spring_owed = row.kind == RowKind::spring ? row.sum - row.before : memory.spring_owed;
+        memory.position = row.is_drive() ? row.gap : memory.position;
     }
 }
 
-/// Takes away what opens the joints, at no cost to the sums of this solve.
+/// Takes away what opens the joints, at no cost to the sums of this solve; springs and motors take no part any more.
 void JointSolver::close(std::span<Velocity> velocity) {
+    take_out_drives(true);
     if (!is_factored_) {
         factorise();
     }
     Factor& f = *factor_;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-        f.right_side[static_cast<Eigen::Index>(i)] = -row_velocity(rows_[i], velocity);
+        f.right_side[static_cast<Eigen::Index>(i)] = rows_[i].is_out ? 0.0 : -row_velocity(rows_[i], velocity);
     }
     const Eigen::VectorXd impulse = f.ldlt.solve(f.right_side);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -293,7 +391,10 @@ double JointSolver::fastest_rate(const Bodies& bodies, std::span<const double> i
         const Row& row = rows_[i];
         if (row.index == 0) {
             const double s = 1.0 / interval[static_cast<std::size_t>(row.joint)];
-            const Vec3 force(s * row.sum, s * rows_[i + 1].sum, s * rows_[i + 2].sum); // their axes are x, y, z
+            Vec3 force(s * row.sum, s * rows_[i + 1].sum, s * rows_[i + 2].sum); // their axes are x, y, z
+            if (rows_[i + 2].kind != RowKind::point) { // a slider's, which are two across it
+                force = s * (row.sum * row.axis + rows_[i + 1].sum * rows_[i + 1].axis);
+            }
             add(row.a, row.r_a, force);
             add(row.b, row.r_b, -force);
         }

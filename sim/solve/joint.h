@@ -1,39 +1,20 @@
 #pragma once
-/// Ball and hinge joints: their rows, solved exactly together inside the iteration loop of the contacts.
+/// The rows of joints, solved exactly together inside the iteration loop of the contacts.
 ///
 /// Bender et al. 2005 predict a joint's gap at t0 + h and apply the impulse that closes it, joint by joint.
 /// Here all joints of the scene are one sparse linear system: a chain then needs no iterations, only contacts
 /// do.
+///
+/// A spring's row is soft. Its force is the mean of those at both ends of an interval (the mean acceleration method, Newmark
+/// 1959, beta = 1/4): half of an interval's impulse acts at its start, half at its end. That is second order, keeps the
+/// energy of a linear spring, and is stable at any step. A motor's row asks for a speed, with an impulse that has a limit.
 #include "sim/block/blocks.h"
-#include "sim/model/scene_def.h"
+#include "sim/solve/joint_model.h"
 
-#include <array>
+#include <limits>
 #include <memory>
 
 namespace sim {
-
-/// What a joint hands to the next step.
-struct JointMemory {
-    std::array<double, 5> impulse{}; ///< of its rows [N s], [N m s]
-    double owed = 0.0;               ///< see ContactMemory
-    double last_interval = 0.0;      ///< [s]
-};
-
-/// A joint in body frames.
-struct Joint {
-    JointKind kind = JointKind::ball;
-    int a = -1;
-    int b = -1;
-    Vec3 anchor_a = Vec3::Zero();    ///< [m], body frame of a
-    Vec3 anchor_b = Vec3::Zero();    ///< [m], body frame of b
-    Vec3 axis_a = Vec3::UnitZ();     ///< hinge: unit, body frame of a
-    Vec3 across_b_1 = Vec3::UnitX(); ///< hinge: unit, across the axis, body frame of b
-    Vec3 across_b_2 = Vec3::UnitY();
-    JointMemory memory;
-};
-
-/// Joint from its definition; `world_body` is the index that stands for the world where body_b is -1.
-Joint make_joint(const JointDef& def, std::span<const Pose> pose, int world_body);
 
 /// All joints of a scene. Costs nothing where there are none.
 class JointSolver {
@@ -48,26 +29,27 @@ public:
 
     bool empty() const { return rows_.empty(); }
 
-    /// Targets: every joint point at rest relative to its partner (collisions).
+    /// Targets: every joint point at rest relative to its partner (collisions); springs and motors have no answer to an impact.
     void target_rest();
 
     /// Targets: the gaps of the predicted poses, reached with `velocity`, close within h (resting solve).
     /// Where h is only `share` of a step, that share of the gap at t0 is closed: no velocity grows as the
-    /// interval shrinks. Returns the largest error of a gap [m]; the hinge's angular gap counts with an arm
-    /// of 1 m.
+    /// interval shrinks. Springs and motors get the targets of their forces. Returns the largest error of a gap [m]; an
+    /// angular gap counts with an arm of 1 m.
     double target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
                          std::span<const Velocity> velocity, double h, double share);
 
     /// Adds the owed share of the impulses that the joints remember at the present poses; only those of a body in `only`
     /// [body_count] unless that is empty.
-    void apply_half_kick(std::span<const Joint> joints, std::span<const char> only, std::span<Velocity> velocity) const;
+    void apply_half_kick(std::span<const Joint> joints, std::span<const char> only, std::span<Velocity> velocity);
 
-    /// Adds `weight` [joint_count] times the impulses of this solve.
-    void add_weighted(std::span<const double> weight, std::span<Velocity> velocity) const;
+    /// Adds `weight` [joint_count] times the impulses of this solve: what acts before t0.
+    void add_weighted(std::span<const double> weight, std::span<Velocity> velocity);
 
-    /// Work [J] that kinematic bodies do by the impulses of this solve, each times its `weight` [joint_count]; empty: 1.
-    /// velocity: kinematic_velocity().
-    double work(std::span<const double> weight, std::span<const Velocity> velocity) const;
+    /// Work that kinematic bodies and motors do by the impulses of this solve. kinematic: kinematic_velocity(); at_node: of the
+    /// motors' bodies at t0, empty: without motors; weight: as above.
+    DriveWork work(std::span<const Velocity> kinematic, std::span<const Velocity> at_node, std::span<const double> weight) const;
+    bool has_motors() const { return has_motors_; }
 
     /// Writes the impulses of this solve to the joints' memory.
     void store_impulses(std::span<Joint> joints) const;
@@ -87,22 +69,39 @@ public:
     double solve(std::span<Velocity> velocity);
 
 private:
+    enum class RowKind { point, angle, spring, motor };
     struct Row {
+        RowKind kind;
+        int joint;           ///< whose row it is
+        int index;           ///< in the joint
         int a, b;
         double inverse_mass_a, inverse_mass_b;
         Vec3 axis;           ///< zero for an angular row
         Vec3 r_a, r_b;       ///< of the joint's point from the centres of mass [m]
         Vec3 arm_a, arm_b;   ///< angular Jacobians
         Vec3 turn_a, turn_b; ///< J^-1 times them
-        double gap = 0.0;    ///< at t0 [m] or [rad]
+        double gap = 0.0;    ///< at t0 [m] or [rad]; of springs and motors: drive_position()
         double target = 0.0; ///< [m/s] or [rad/s]
-        int joint = 0;       ///< whose row it is
-        int index = 0;       ///< in the joint
         double sum = 0.0;    ///< impulses of this solve [N s] or [N m s]
+        double before = 0.0; ///< of a spring, what of them acts at the end of the last interval
+        double softness = 0.0; ///< of a spring: velocity that a unit of impulse does without [m/s] or [rad/s]
+        double most = std::numeric_limits<double>::infinity(); ///< of a motor: its largest impulse
+        double response = 0.0; ///< velocity that a unit of impulse gives, once factored
+        bool is_out = false; ///< it takes no part: its impulse stays what it is
+
+        bool is_drive() const { return kind == RowKind::spring || kind == RowKind::motor; }
+        /// Without the row's own softness what is missing would be so much of it [-].
+        double share() const { return response / (response + softness); }
     };
     struct Factor;
 
     double row_velocity(const Row& row, std::span<const Velocity> velocity) const;
+    void add_springs(std::span<const double> impulse, std::span<Velocity> velocity);
+    double missing_of(const Row& row, std::span<const Velocity> velocity) const;
+    void add_rows(const Bodies& bodies, const Joint& joint, int index);
+    void target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h);
+    bool keep_limits(std::span<Velocity> velocity);
+    void take_out_drives(bool is_out);
     void close(std::span<Velocity> velocity);
     static void apply(const Row& row, double p, std::span<Velocity> velocity);
     void factorise();
@@ -111,6 +110,9 @@ private:
     std::vector<Velocity> mode_; ///< [body_count] of fastest_rate()
     std::unique_ptr<Factor> factor_;
     bool is_factored_ = false;
+    bool has_drives_ = false;
+    bool has_motors_ = false;
+    bool has_springs_ = false;
 };
 
 } // namespace sim

@@ -44,7 +44,7 @@ public:
     void store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity);
 
     /// Once they are stored: what kinematic bodies do by the impulses. velocity: kinematic_velocity().
-    KinematicWork work_by(std::span<const Velocity> velocity) const;
+    DriveWork work_by(std::span<const Velocity> velocity) const;
 
     /// Once they are stored: gives the bodies what acts before t0 of the impulses.
     void apply_half_kicks(std::span<Velocity> velocity);

@@ -4,13 +4,14 @@
 
 namespace sim {
 
-void EnergyWatch::start(const Bodies& bodies, std::span<const Velocity> velocity, const StepSettings& settings) {
+void EnergyWatch::start(const Bodies& bodies, std::span<const Velocity> velocity, const StepSettings& settings,
+                        double in_springs) {
     gravity_ = settings.gravity;
     slack_ = largest_kinetic_ = 0.0;
     for (const BodyProps& props : bodies.props) {
         slack_ += props.is_static() ? 0.0 : gravity_.norm() * settings.tolerance / props.inverse_mass;
     }
-    first_ = lowest_ = total(bodies, velocity);
+    first_ = lowest_ = total(bodies, velocity) + in_springs;
 }
 
 /// Kinetic and potential energy of the dynamic bodies [J], the latter from the world's origin, without what was done on them.
@@ -28,8 +29,8 @@ double EnergyWatch::total(const Bodies& bodies, std::span<const Velocity> veloci
     return kinetic + potential - (work_ - ahead_);
 }
 
-double EnergyWatch::gain(const Bodies& bodies, std::span<const Velocity> velocity) {
-    const double now = total(bodies, velocity);
+double EnergyWatch::gain(const Bodies& bodies, std::span<const Velocity> velocity, double in_springs) {
+    const double now = total(bodies, velocity) + in_springs;
     lowest_ = std::min(lowest_, now);
     const double gained = now - lowest_ - slack_;
     return gained > 0.0 ? gained / (largest_kinetic_ + first_ - lowest_ + slack_) : 0.0;

@@ -1,6 +1,6 @@
 #pragma once
-/// Does a run gain energy? Contacts and joints only take it, and what kinematic bodies give is known, so what rises above the
-/// lowest value so far comes from nothing.
+/// Does a run gain energy? Contacts and joints only take it, and what kinematic bodies and motors give is known, so what rises
+/// above the lowest value so far comes from nothing.
 #include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"
 
@@ -10,19 +10,19 @@ namespace sim {
 
 class EnergyWatch {
 public:
-    /// As a run begins. velocity [body_count]: of the instant, after its collisions.
-    void start(const Bodies& bodies, std::span<const Velocity> velocity, const StepSettings& settings);
+    /// As a run begins. velocity [body_count]: of the instant, after its collisions; in_springs [J].
+    void start(const Bodies& bodies, std::span<const Velocity> velocity, const StepSettings& settings, double in_springs);
 
-    /// What kinematic bodies do: by an instant's collisions [J], and by the impulses planned there.
+    /// What kinematic bodies and motors do: by an instant's collisions [J], and by the impulses planned there.
     void add_work(double work) { work_ += work; }
-    void plan_work(const KinematicWork& planned) {
+    void plan_work(const DriveWork& planned) {
         work_ += planned.all;
         ahead_ = planned.ahead;
     }
 
     /// After each step, with the same of its end. Returns by how much the energy now exceeds the
     /// lowest so far, as a share [-] of what the run turned over: its largest kinetic energy so far, and what it lost.
-    double gain(const Bodies& bodies, std::span<const Velocity> velocity);
+    double gain(const Bodies& bodies, std::span<const Velocity> velocity, double in_springs);
 
 private:
     double total(const Bodies& bodies, std::span<const Velocity> velocity);
@@ -32,7 +32,7 @@ private:
     double first_ = 0.0;           ///< [J]
     double lowest_ = 0.0;          ///< [J]
     double largest_kinetic_ = 0.0; ///< [J]
-    double work_ = 0.0;            ///< [J] done by kinematic bodies
+    double work_ = 0.0;            ///< [J] done by kinematic bodies and motors
     double ahead_ = 0.0;           ///< [J] of that, after the present instant
 };
 

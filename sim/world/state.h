@@ -57,6 +57,7 @@ struct WorldState {
     bool stops_at_impacts() const;
     std::int64_t work_left() const;
     void fall_short(StepReport& report, const Unsettled& unsettled) const;
+    double energy_in_springs() const;
     double interval_left() const { return h * (1.0 - progress); }
     Snapshot take_snapshot(ContactDetail contacts) const;
 
@@ -66,6 +67,7 @@ struct WorldState {
     double h = 0.0;
     Bodies bodies;
     std::vector<Joint> joints;
+    bool has_drives = false; ///< kinematic bodies or motors
     Workers workers; ///< for what is done pair by pair
     ContactSearch search;
     ContactSolver contact_solver;

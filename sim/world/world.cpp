@@ -100,6 +100,8 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     for (const BodyDef& body : scene.bodies) {
         names.push_back(body.name);
     }
+    const auto has_motor = [](const Joint& joint) { return joint.motor.has_value(); };
+    has_drives = !bodies.kinematic.empty() || std::ranges::any_of(joints, has_motor);
     settings.impacts = impact_handling(scene);
     contact_solver.set_workers(&workers);
     collision_solver.set_workers(&workers);
@@ -118,7 +120,15 @@ void WorldState::begin() {
     settings = asked;
     begun_at_limit = report.at_iteration_limit;
     velocity_at_node = contact_solver.find_velocity_at_node(bodies);
-    energy.start(bodies, velocity_at_node, settings);
+    energy.start(bodies, velocity_at_node, settings, energy_in_springs());
+}
+
+double WorldState::energy_in_springs() const {
+    double sum = 0.0;
+    for (const Joint& joint : joints) {
+        sum += spring_energy(joint);
+    }
+    return sum;
 }
 
 StepReport WorldState::step() {
@@ -134,7 +144,7 @@ StepReport WorldState::step() {
         plan(report);
     } while (progress < 1.0);
     velocity_at_node = contact_solver.find_velocity_at_node(bodies);
-    report.energy_gain = energy.gain(bodies, velocity_at_node);
+    report.energy_gain = energy.gain(bodies, velocity_at_node, energy_in_springs());
     return report;
 }
 
@@ -200,7 +210,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     collision_solver.most_sweeps = work_left();
     const CollisionReport result = collision_solver.resolve(bodies, search.pairs, joints, settings, after_collisions);
     const std::vector<char>& touched = result.touched;
-    energy.add_work(result.kinematic_work);
+    energy.add_work(result.drive_work);
     work_done += result.iterations + sweeps_to_arrange * result.passes;
     if (result.collisions > 0) {
         joint_rows.apply_half_kick(joints, touched, bodies.velocity);
@@ -240,6 +250,7 @@ void WorldState::restart(std::span<const char> touched) {
         if (is_touched(joints[i].a, joints[i].b)) {
             joints[i].memory.owed = 0.0;
             joints[i].memory.last_interval = 0.0;
+            joints[i].memory.spring_owed = 0.0;
         }
     }
 }
@@ -310,8 +321,8 @@ void WorldState::plan(StepReport& report) {
     }
     contact_solver.store_impulses(bodies, search.pairs, joints);
     joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
-    if (!bodies.kinematic.empty()) {
-        energy.plan_work(contact_solver.kinematic_work(bodies));
+    if (has_drives) {
+        energy.plan_work(contact_solver.drive_work(bodies));
     }
 }
 

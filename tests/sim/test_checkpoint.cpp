@@ -164,6 +164,34 @@ TEST(checkpoint, a_heap_that_is_stirred_goes_on) {
     EXPECT_LT(seen.energy_gain, 1e-3);
 }
 
+TEST(checkpoint, springs_and_motors_go_on) {
+    const std::string wheel = R"([[body]]
+name = "wheel"
+shape = { kind = "box", size = [3, 0.2, 0.3] }
+position = [0, -3, 2]
+[[joint]]
+name = "axle"
+kind = "hinge"
+bodies = ["wheel"]
+anchor = [0, -3, 2]
+axis = [0, 1, 0]
+motor = { speed = 5, limit = 2000 }
+spring = { stiffness = 300, damping = 20 }
+[[body]]
+name = "float"
+shape = { kind = "sphere", radius = 0.3 }
+position = [1.2, -3, 3.2]
+[[joint]]
+name = "rail"
+kind = "slider"
+bodies = ["float"]
+anchor = [1.2, -3, 3.2]
+axis = [0, 0, 1]
+spring = { stiffness = 4000, rest = -0.5 }
+)";
+    expect_goes_on(parse_scene(heap_text("") + wheel, "driven.toml"), 250, 10);
+}
+
 TEST(checkpoint, steps_that_do_not_converge_go_on) {
     const Seen seen = expect_goes_on(parse_scene(heap_text("iteration_limit = 3\n"), "heap.toml"), 400, 10);
     EXPECT_GT(seen.unsettled, 0);

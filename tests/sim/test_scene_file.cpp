@@ -106,6 +106,8 @@ Entries smallest_table(const std::string& path) {
         {"lattice.mix", {{"shape", "{ kind = 'sphere', radius = 1 }"}}},
         {"camera.keys", {{"time", "0"}, {"eye", "[1, 2, 3]"}, {"target", "[0, 0, 0]"}}},
         {"body.keys", {{"time", "0"}}},
+        {"joint.spring", {{"stiffness", "1"}}},
+        {"joint.motor", {{"speed", "1"}, {"limit", "1"}}},
     };
     const auto found = tables.find(path);
     return found == tables.end() ? Entries{} : found->second;
@@ -151,7 +153,8 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     });
     entries.insert(entries.end(), company.with.begin(), company.with.end());
     entries.emplace_back(key, value);
-    const bool is_inline = path.starts_with("shape ") || path.starts_with("part ") || path.ends_with("keys");
+    const bool is_inline = path.starts_with("shape ") || path.starts_with("part ") || path.ends_with("keys") ||
+                           path == "joint.spring" || path == "joint.motor";
     std::string table;
     for (const auto& [name, text] : entries) {
         table += (is_inline && !table.empty() ? ", " : "") + name + " = " + text + (is_inline ? "" : "\n");
@@ -164,6 +167,11 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     }
     if (path == "camera.keys") {
         return "[[camera]]\nname = 'x'\nkeys = [{ " + table + " }]\n";
+    }
+    if (path == "joint.spring" || path == "joint.motor") {
+        const std::string kind = key == "rest" ? "slider" : "hinge";
+        return ball + "[[joint]]\nname = 'x'\nkind = '" + kind + "'\nbodies = ['ball']\nanchor = [0, 0, 1]\naxis = [0, 1, 0]\n" +
+               path.substr(6) + " = { " + table + " }\n";
     }
     if (path == "body.keys") {
         return ball + "keys = [{ " + table + " }]\n";

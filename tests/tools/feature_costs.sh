@@ -18,7 +18,8 @@ awk -f "$tools/function_lines.awk" "$tools"/../../sim/*/*.cpp "$tools"/../../sim
 parts='60|friction|bouncing_ball|friction|stop_slip|can_stick|sliding_sum
 60|friction, in batches|tower lattice.box.count=[9,9,1] lattice.box.spacing=[2,2,2] body.floor.friction=0 lattice.box.body.friction=0|solve_friction|add_friction|friction_wrench
 60|restitution|tower|restitution_in_pass
-60|joints|sliding_block|sim/solve/joint\.
+60|joints|sliding_block|sim/solve/joint(_model)?\.|drive_work|energy_in_springs
+60|springs and motors|pendulum_chain|drive_position|target_drive|keep_limits|add_springs|spring_energy
 60|kinematic bodies|tower|sim/model/(motion|key_curve)|kinematic_velocity|work_by|work_of_pass|plan_work
 60|search for impacts|tower|(is_impact|stop_at_impact|plan_until_impact| time_of_impact)\(
 60|hulls, cylinders, capsules|tower|sim/(collide/(convex|separating_direction|ccd_bridge)|model/polytope)

@@ -1,0 +1,189 @@
+/// Springs and motors of hinges and sliders against closed forms: period, damping, any stiffness; a motor at its limit and at
+/// its speed; and the energy of both.
+#include "tests/laws/law_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace laws;
+
+struct Machine {
+    const char* name;
+    sim::JointKind kind;
+    double offset = 0.0; ///< [m]
+    double gain = 1e-6;  ///< [-] of energy at most: what turns about its middle is a straight line for the method
+};
+const Machine wheel{"wheel", sim::JointKind::hinge};
+const Machine cart{"cart", sim::JointKind::slider};
+const Machine rod{"rod", sim::JointKind::hinge, 0.5, 1e-4};
+
+/// A rod that turns about the z axis through its end or, with offset 0, its middle; or slides along x: one degree of freedom
+/// without gravity.
+sim::SceneDef driven_scene(Rational h, const Machine& machine) {
+    sim::SceneDef scene = law_scene(h);
+    scene.step.gravity.setZero();
+    scene.step.tolerance = 1e-6;
+    const int frame = add_frame(scene);
+    const int body = add_box(scene, {0.5, 0.05, 0.05}, {{machine.offset, 0, 0}, Quat::Identity()});
+    add_joint(scene, machine.kind, {body, frame}, Vec3::Zero(),
+              machine.kind == sim::JointKind::hinge ? Vec3::UnitZ() : Vec3::UnitX());
+    return scene;
+}
+
+/// Of the hinge's rod about its axis [kg m^2], or mass of the slider [kg].
+double inertia_of(const sim::SceneDef& scene) {
+    const sim::MassProperties& mass = scene.bodies[1].mass;
+    const double offset = scene.bodies[1].pose.position.norm();
+    return scene.joints[0].kind == sim::JointKind::hinge ? mass.inertia(2, 2) + offset * offset * mass.mass : mass.mass;
+}
+
+/// Angle [rad] or way [m].
+double position_of(const sim::SceneDef& scene, const sim::Snapshot& s) {
+    const Vec3 along = s.bodies[1].orientation * Vec3::UnitX();
+    return scene.joints[0].kind == sim::JointKind::hinge ? std::atan2(along.y(), along.x())
+                                                         : s.bodies[1].position.x() - scene.bodies[1].pose.position.x();
+}
+
+double speed_of(const sim::SceneDef& scene, const sim::Snapshot& s) {
+    return scene.joints[0].kind == sim::JointKind::hinge ? s.bodies[1].angular_velocity.z() : s.bodies[1].velocity.x();
+}
+
+/// From rest, 0.7 rad or m away from where the spring rests, for three periods: x = rest (1 - e^(-d t) (cos w t + d/w sin w t)).
+TEST(law_drive, a_spring_swings_with_its_frequency_and_damping) {
+    for (const Machine& machine : {wheel, cart, rod}) {
+        for (const double damping : {0.0, 0.1}) { // of the critical one [-]
+            const double rest = 0.7, w0 = 12.0;   // [rad] or [m]; [rad/s]
+            const double d = damping * w0, w = std::sqrt(w0 * w0 - d * d);
+            const double duration = 3.0 * 2.0 * pi / w0;
+            const std::string name = std::string("spring of a ") + machine.name + (damping > 0.0 ? ", damped" : "");
+            double gain = 0.0;
+            const Convergence c = converge(name, "position, worst of three periods", 5e-4,
+                                           {microseconds(4000), microseconds(2000), microseconds(1000)}, [&](Rational h) {
+                sim::SceneDef scene = driven_scene(h, machine);
+                const double k = w0 * w0 * inertia_of(scene);
+                scene.joints[0].spring = sim::SpringDef{k, 2.0 * d * inertia_of(scene), rest};
+                sim::World world(scene);
+                double worst = 0.0;
+                run(world, scene, duration, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+                    const double decay = std::exp(-d * s.time);
+                    const double exact = rest * (1.0 - decay * (std::cos(w * s.time) + d / w * std::sin(w * s.time)));
+                    const double exact_speed = rest * decay * w0 * w0 / w * std::sin(w * s.time);
+                    worst = std::max({worst, std::abs(position_of(scene, s) - exact),
+                                      std::abs(speed_of(scene, s) - exact_speed) / w0});
+                    gain = std::max(gain, report.energy_gain);
+                    return true;
+                });
+                return worst;
+            });
+            record({name, "gain of energy [-]", 4e-3, gain, machine.gain});
+            EXPECT_LT(c.errors.back(), 5e-4) << name;
+            EXPECT_TRUE(c.is_second_order(1e-12)) << name << ": order " << c.order();
+            EXPECT_LT(gain, machine.gain) << name;
+        }
+    }
+}
+
+/// However stiff, at one step: it stays where it was let go and keeps its energy.
+TEST(law_drive, a_spring_is_stable_at_any_stiffness) {
+    for (const Machine& machine : {wheel, cart}) {
+        for (const double phase : {1e-3, 1.0, 30.0, 1e3, 1e6}) { // w h
+            for (const double damping : {0.0, 1.0}) {
+                sim::SceneDef scene = driven_scene(microseconds(10000), machine);
+                const double w0 = phase / 0.01;
+                scene.joints[0].spring = sim::SpringDef{w0 * w0 * inertia_of(scene), 2.0 * damping * w0 * inertia_of(scene), 0.1};
+                sim::World world(scene);
+                double farthest = 0.0, gain = 0.0;
+                run(world, scene, 5.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+                    farthest = std::max(farthest, std::abs(position_of(scene, s) - 0.1));
+                    gain = std::max(gain, report.energy_gain);
+                    return true;
+                });
+                EXPECT_LT(farthest, 0.1 * (1.0 + 1e-6)) << machine.name << " " << phase << " " << damping;
+                EXPECT_LT(gain, 1e-6) << machine.name << " " << phase << " " << damping;
+            }
+        }
+    }
+}
+
+/// With limit / inertia up to its speed, exactly, and then at its speed for ever; its work is no gain.
+TEST(law_drive, a_motor_speeds_up_with_its_limit_and_keeps_its_speed) {
+    for (const Machine& machine : {wheel, cart}) {
+        for (const double speed : {3.0, -3.0}) {
+            sim::SceneDef scene = driven_scene(microseconds(1000), machine);
+            const double acceleration = 7.3; // [rad/s^2] or [m/s^2]
+            scene.joints[0].motor = sim::MotorDef{speed, acceleration * inertia_of(scene)};
+            sim::World world(scene);
+            double worst = 0.0, at_speed = 0.0, gain = 0.0;
+            const double reached = std::abs(speed) / acceleration;
+            run(world, scene, 2.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+                gain = std::max(gain, report.energy_gain);
+                const double error = std::abs(speed_of(scene, s) - std::copysign(std::min(acceleration * s.time, 3.0), speed));
+                double& found = s.time < reached - 0.002 ? worst : at_speed;
+                found = s.time < reached - 0.002 || s.time > reached + 0.002 ? std::max(found, error) : found;
+                return true;
+            });
+            record({std::string("motor of a ") + machine.name, "speed while it speeds up", 1e-3, worst, 1e-10});
+            record({std::string("motor of a ") + machine.name, "speed", 1e-3, at_speed, 1e-10});
+            EXPECT_LT(worst, 1e-10);
+            EXPECT_LT(at_speed, 1e-10);
+            EXPECT_LT(gain, 1e-5); // the step in which it reaches its speed
+        }
+    }
+}
+
+/// A motor that lifts a rod as far as its torque goes: it stands where gravity's is as large, and swings about there.
+TEST(law_drive, a_motor_that_is_too_weak_stalls_where_the_load_is_its_limit) {
+    sim::SceneDef scene = driven_scene(microseconds(1000), rod);
+    scene.step.gravity = Vec3(0, -g, 0);
+    const double load = scene.bodies[1].mass.mass * g * 0.5; // [N m] of the level rod
+    scene.bodies[1].pose = {{0, -0.5, 0}, Quat(Eigen::AngleAxisd(-0.5 * pi, Vec3::UnitZ()))};
+    scene.joints[0].motor = sim::MotorDef{1.0, 0.5 * load};
+    scene.joints[0].spring = sim::SpringDef{0.0, 0.3 * load, 0.0}; // brings it to rest
+    sim::World world(scene);
+    double gain = 0.0, angle = 0.0;
+    run(world, scene, 8.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+        gain = std::max(gain, report.energy_gain);
+        angle = position_of(scene, s);
+        return true;
+    });
+    EXPECT_NEAR(angle, -0.5 * pi + std::asin(0.5), 1e-4);
+    EXPECT_LT(gain, 1e-5);
+}
+
+/// Nothing but the way along the axis is free, whatever pulls and turns.
+TEST(law_drive, a_slider_holds_its_axis) {
+    sim::SceneDef scene = law_scene(microseconds(1000));
+    scene.step.gravity.setZero();
+    const int rail = add_box(scene, {1, 0.1, 0.1}, {});
+    const Vec3 axis = Vec3(1, 2, -2) / 3.0;
+    const int sled = add_box(scene, {0.2, 0.3, 0.1}, {{0.3, 0.1, 0.2}, Quat::Identity()});
+    scene.bodies[static_cast<std::size_t>(rail)].angular_velocity = Vec3(1, -2, 0.5);
+    scene.bodies[static_cast<std::size_t>(sled)].angular_velocity = Vec3(1, -2, 0.5);
+    scene.bodies[static_cast<std::size_t>(sled)].velocity = Vec3(1, -2, 0.5).cross(Vec3(0.3, 0.1, 0.2));
+    add_joint(scene, sim::JointKind::slider, {sled, rail}, {0.2, 0, 0.1}, axis);
+    sim::World world(scene);
+    const Vec3 before = angular_momentum(scene, world.take_snapshot());
+    const double start = energy(scene, world.take_snapshot());
+    double across = 0.0, turned = 0.0, lost = 0.0;
+    sim::Snapshot end;
+    run(world, scene, 1.0, [&](const sim::Snapshot& s, const sim::StepReport&) {
+        const sim::BodySnapshot& a = s.bodies[1];
+        const sim::BodySnapshot& b = s.bodies[0];
+        const Vec3 d = b.orientation.conjugate() * (a.position - b.position) - Vec3(0.3, 0.1, 0.2);
+        across = std::max(across, (d - d.dot(axis) * axis).norm());
+        turned = std::max(turned, (b.orientation.conjugate() * a.orientation).vec().norm());
+        lost = std::max(lost, std::abs(energy(scene, s) - start));
+        end = s;
+        return true;
+    });
+    EXPECT_LT(across, 1e-10);
+    EXPECT_LT(turned, 1e-10);
+    EXPECT_GT((end.bodies[1].position - end.bodies[0].position).norm(), 0.45);
+    record({"slider that turns", "across its axis [m]", 1e-3, across, 1e-10});
+    const Vec3 after = angular_momentum(scene, end);
+    EXPECT_LT((after - before).norm(), 1e-9 * before.norm());
+    EXPECT_LT(lost, 1e-6 * start);
+}
+
+} // namespace
