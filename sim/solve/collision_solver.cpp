@@ -172,7 +172,7 @@ double CollisionSolver::work_of_pass() {
     if (kinematic_.empty()) {
         return 0.0;
     }
-    const double before = std::exchange(joint_work_, joints_.work(kinematic_, {}, {}).all);
+    const double before = std::exchange(joint_work_, joints_.work(kinematic_, nullptr, {}).all);
     double work = joint_work_ - before;
     for (const Block& block : loop_.blocks) {
         const std::size_t lane = Blocks::lane_of(block);

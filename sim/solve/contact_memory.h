@@ -62,4 +62,8 @@ void sum_up(PairContacts& pair);
 void apply_half_kicks(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
                   std::span<Velocity> velocity);
 
+/// Work [J] that kinematic bodies do by these. kinematic: kinematic_velocity().
+double half_kick_work(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
+                      std::span<const Velocity> kinematic);
+
 } // namespace sim

@@ -248,8 +248,11 @@ std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bod
 DriveWork ContactSolver::drive_work(const Bodies& bodies) {
     const std::vector<Velocity> velocity = kinematic_velocity(bodies);
     DriveWork work = contacts_.work_by(velocity);
-    const std::span<const Velocity> at_node = joints_.has_motors() ? find_velocity_at_node(bodies) : std::span<const Velocity>{};
-    const DriveWork of_joints = joints_.work(velocity, at_node, joint_weight_);
+    JointSolver::Kick kick{bodies.velocity, {}, to_.velocity};
+    if (joints_.has_motors()) {
+        kick.at_node = find_velocity_at_node(bodies);
+    }
+    const DriveWork of_joints = joints_.work(velocity, joints_.has_motors() ? &kick : nullptr, joint_weight_);
     work.all += of_joints.all;
     work.ahead += of_joints.ahead;
     return work;

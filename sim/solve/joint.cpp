@@ -321,16 +321,38 @@ void JointSolver::add_springs(std::span<const double> impulse, std::span<Velocit
     }
 }
 
-DriveWork JointSolver::work(std::span<const Velocity> kinematic, std::span<const Velocity> at_node,
-                            std::span<const double> weight) const {
+DriveWork JointSolver::work(std::span<const Velocity> kinematic, const Kick* kick, std::span<const double> weight) const {
     DriveWork sum;
     for (const Row& row : rows_) {
-        const bool drives = row.kind == RowKind::motor && !at_node.empty();
-        const double speed = (drives ? row_velocity(row, at_node) : 0.0) - row_velocity(row, kinematic);
-        sum.all += row.sum * speed;
         const double share = weight.empty() ? 0.0 : weight[static_cast<std::size_t>(row.joint)];
         const double before = row.kind == RowKind::spring ? row.before : share * row.sum;
-        sum.ahead += (row.sum - before) * speed;
+        double until = -before * row_velocity(row, kinematic);
+        double ahead = -(row.sum - before) * row_velocity(row, kinematic);
+        if (row.kind == RowKind::motor && kick != nullptr) {
+            // An impulse does its work at the mean of the velocities before and after it.
+            const double at_node = row_velocity(row, kick->at_node);
+            until += 0.5 * before * (row_velocity(row, kick->before) + at_node);
+            ahead += 0.5 * (row.sum - before) * (at_node + row_velocity(row, kick->after));
+        }
+        sum.all += until + ahead;
+        sum.ahead += ahead;
+    }
+    return sum;
+}
+
+double JointSolver::half_kick_work(std::span<const Joint> joints, std::span<const char> only,
+                                   std::span<const Velocity> kinematic, const Kick& kick) const {
+    double sum = 0.0;
+    for (const Row& row : rows_) {
+        if (only[static_cast<std::size_t>(row.a)] == 0 && only[static_cast<std::size_t>(row.b)] == 0) {
+            continue;
+        }
+        const JointMemory& joint = joints[static_cast<std::size_t>(row.joint)].memory;
+        const bool is_spring = row.kind == RowKind::spring;
+        const double owed = is_spring ? joint.spring_owed : joint.owed * joint.impulse[static_cast<std::size_t>(row.index)];
+        const bool is_motor = row.kind == RowKind::motor;
+        const double mean = is_motor ? 0.5 * (row_velocity(row, kick.before) + row_velocity(row, kick.after)) : 0.0;
+        sum += owed * (mean - row_velocity(row, kinematic));
     }
     return sum;
 }

@@ -46,9 +46,16 @@ public:
     /// Adds `weight` [joint_count] times the impulses of this solve: what acts before t0.
     void add_weighted(std::span<const double> weight, std::span<Velocity> velocity);
 
-    /// Work that kinematic bodies and motors do by the impulses of this solve. kinematic: kinematic_velocity(); at_node: of the
-    /// motors' bodies at t0, empty: without motors; weight: as above.
-    DriveWork work(std::span<const Velocity> kinematic, std::span<const Velocity> at_node, std::span<const double> weight) const;
+    /// Velocities [body_count] before the impulses of a solve, with what of them acts before t0, and after them.
+    struct Kick {
+        std::span<const Velocity> before, at_node, after;
+    };
+    /// Work that kinematic bodies and motors do by the impulses of this solve. kinematic: kinematic_velocity(); kick: null
+    /// without motors; weight: as above, empty: all acts at t0.
+    DriveWork work(std::span<const Velocity> kinematic, const Kick* kick, std::span<const double> weight) const;
+    /// The same of what apply_half_kick() gave, from velocities kick.before to kick.after [J].
+    double half_kick_work(std::span<const Joint> joints, std::span<const char> only, std::span<const Velocity> kinematic,
+                          const Kick& kick) const;
     bool has_motors() const { return has_motors_; }
 
     /// Writes the impulses of this solve to the joints' memory.

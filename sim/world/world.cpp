@@ -213,6 +213,11 @@ void WorldState::resolve_collisions(StepReport& report) {
     energy.add_work(result.drive_work);
     work_done += result.iterations + sweeps_to_arrange * result.passes;
     if (result.collisions > 0) {
+        if (has_drives) {
+            const std::vector<Velocity> kinematic = kinematic_velocity(bodies);
+            energy.add_work(half_kick_work(bodies, search.pairs, touched, kinematic) +
+                            joint_rows.half_kick_work(joints, touched, kinematic, {bodies.velocity, {}, before}));
+        }
         joint_rows.apply_half_kick(joints, touched, bodies.velocity);
         apply_half_kicks(bodies, search.pairs, touched, bodies.velocity);
         for (std::size_t i = 0; i < after_collisions.size(); ++i) {

@@ -46,6 +46,7 @@ TEST(law_films, the_first_moments_of_each_keep_its_tolerance) {
     judge_film("rubble", 20, 1.7); // the first rocks have landed
     judge_film("dominoes", 20, 1.0);
     judge_film("coin", 50, 0.5);
+    judge_film("gate", 100, 1.25); // the load lands
 }
 
 TEST(law_films, DISABLED_rubble_keeps_its_tolerance) {
