@@ -83,7 +83,9 @@ std::string drawing_words(const Options& options) {
 std::string still_words(const Options& options) {
     return (options.poster_time >= 0.0 ? fmt::format(" --poster {}", options.poster_time) : "") +
            (options.sheet_count > 0 ? fmt::format(" --sheet {}", options.sheet_count) : "") +
-           (options.has_animation ? " --webp" : "");
+           (options.has_webp ? " --webp" : "") + (options.has_gif ? " --gif" : "") +
+           (options.animation_width > 0 ? fmt::format(" --animation-width {}", options.animation_width) : "") +
+           (options.animation_rate > 0.0 ? fmt::format(" --animation-fps {}", options.animation_rate) : "");
 }
 
 /// Where the results of a scene go: every task and the caller name it alike.

@@ -181,7 +181,18 @@ void add_still_options(CLI::App& verb, Options& options) {
     verb.add_option("--sheet", options.sheet_count, "Also N frames side by side as SCENE_sheet.png")
         ->type_name("N")
         ->check(whole_number(1, 400));
-    verb.add_flag("--webp", options.has_animation, "Also a small animation for a page: SCENE.webp");
+    verb.add_flag("--webp", options.has_webp, "Also an animation for a page: SCENE.webp");
+    verb.add_flag("--gif", options.has_gif, "Also an animation of 256 colours, for what shows nothing else: SCENE.gif");
+    const render::StillsSettings usual;
+    verb.add_option("--animation-width", options.animation_width,
+                    fmt::format("Of --webp and --gif [px], else {}; no wider than the frames", usual.animation_width))
+        ->type_name("PX")
+        ->check(whole_number(16, 16384));
+    verb.add_option("--animation-fps", options.animation_rate,
+                    fmt::format("Pictures a second of --webp and --gif, else {:g}; no more than the film's",
+                                usual.animation_rate))
+        ->type_name("N")
+        ->check(number_from(0.1, 1e4));
 }
 
 render::StillsSettings stills_of(const Options& options) {
@@ -190,15 +201,21 @@ render::StillsSettings stills_of(const Options& options) {
         stills.poster_time = options.poster_time;
     }
     stills.sheet_count = options.sheet_count;
-    stills.has_animation = options.has_animation;
+    stills.has_webp = options.has_webp;
+    stills.has_gif = options.has_gif;
+    stills.animation_width = options.animation_width > 0 ? options.animation_width : stills.animation_width;
+    stills.animation_rate = options.animation_rate > 0.0 ? options.animation_rate : stills.animation_rate;
+    if ((options.animation_width > 0 || options.animation_rate > 0.0) && !stills.has_webp && !stills.has_gif) {
+        throw Error(ExitCode::usage, "--animation-width and --animation-fps are of --webp and --gif: expected one of them too");
+    }
     if (stills.is_needed() && options.no_png) {
         throw Error(ExitCode::usage,
-                    "--poster, --sheet and --webp are made of the PNG files: not with --no-png");
+                    "--poster, --sheet, --webp and --gif are made of the PNG files: not with --no-png");
     }
     if (stills.is_needed() && !options.frames.empty()) {
         throw Error(
             ExitCode::usage,
-            "--poster, --sheet and --webp need the whole film: give them to tumble join, not with --frames");
+            "--poster, --sheet, --webp and --gif need the whole film: give them to tumble join, not with --frames");
     }
     return stills;
 }
@@ -303,7 +320,8 @@ bool is_piped(const Options& options) {
     if (options.inputs.size() > 1 || options.accuracy > 0.0 || options.no_video || options.is_resumed || options.has_body_ids ||
         !options.passes.empty() || stills_of(options).is_needed() || is_elsewhere(options.placement)) {
         throw Error(ExitCode::usage, "--out - writes the frames of one film and nothing else: not with more scenes, "
-                                     "--accuracy, --no-video, --resume, --body-ids, --passes, --poster, --sheet, --webp and --on slurm");
+                                     "--accuracy, --no-video, --resume, --body-ids, --passes, --poster, --sheet, --webp, "
+                                     "--gif and --on slurm");
     }
     return true;
 }

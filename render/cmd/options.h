@@ -42,7 +42,10 @@ struct Options {
     std::string frames;        ///< "A:B": frames A .. B - 1 only
     double poster_time = -1.0; ///< [s]; negative: no poster
     int sheet_count = 0;       ///< frames on a sheet; 0: no sheet
-    bool has_animation = false;
+    bool has_webp = false;
+    bool has_gif = false;
+    int animation_width = 0;   ///< [px]; 0: as usual
+    double animation_rate = 0; ///< [1/s]; 0: as usual
     bool is_resumed = false;   ///< whole frames of an earlier run stay, and its simulation goes on
     std::optional<double> checkpoint_period; ///< [s] of work; see Simulation::record_to()
     bool has_body_ids = false; ///< which body each pixel shows, beside the frames
@@ -92,7 +95,7 @@ void add_gl_option(CLI::App& verb, std::string& gl);
 void add_strict_option(CLI::App& verb, Options& options);
 /// --accuracy and --budget.
 void add_search_options(CLI::App& verb, Options& options);
-/// --poster, --sheet and --webp.
+/// --poster, --sheet, --webp and --gif.
 void add_still_options(CLI::App& verb, Options& options);
 
 /// What they ask for. Throws Error (usage) if it cannot be made of what is written.

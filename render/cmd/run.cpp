@@ -282,7 +282,10 @@ void draw(const fs::path& folder, const Options& options) {
     drawing.no_png = options.no_png;
     drawing.poster_time = options.poster_time;
     drawing.sheet_count = options.sheet_count;
-    drawing.has_animation = options.has_animation;
+    drawing.has_webp = options.has_webp;
+    drawing.has_gif = options.has_gif;
+    drawing.animation_width = options.animation_width;
+    drawing.animation_rate = options.animation_rate;
     drawing.has_body_ids = options.has_body_ids;
     drawing.gl = options.gl;
     drawing.is_portable = options.is_portable;

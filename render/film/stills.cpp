@@ -1,5 +1,6 @@
 #include "render/film/stills.h"
 
+#include "render/film/gif.h"
 #include "render/picture/image.h"
 #include "sim/base/error.h"
 
@@ -23,10 +24,7 @@ using sim::ExitCode;
 constexpr int sheet_width = 1920;
 constexpr int sheet_gap = 8;
 constexpr std::uint8_t sheet_gray = 20;
-/// Width of the animation at most [px], its pictures a second, and libwebp's quality 0..100: 6 s have about 1
-/// MB.
-constexpr int animation_width = 480;
-constexpr double animation_rate = 15.0;
+/// libwebp's quality 0..100: 6 s of 480 px, 15 pictures a second, have about 1 MB.
 constexpr float animation_quality = 60.0f;
 
 /// The picture, `width` wide at most; light is averaged, not display values.
@@ -112,17 +110,29 @@ private:
     WebPConfig config_{};
 };
 
+/// Those frames of the film that an animation shows, each from its time in the film on.
+AnimationPictures pictures_of(const sim::SceneDef& scene, const StillsSettings& settings,
+                        const std::function<std::filesystem::path(std::int64_t)>& frame_path) {
+    const double fps = scene.output.fps.value();
+    const std::int64_t frames = sim::frame_count(scene.output.duration, scene.output.fps);
+    const double step = std::max(1.0, fps / settings.animation_rate);
+    const auto count = static_cast<int>(std::ceil(static_cast<double>(frames) / step - 1e-9));
+    const auto frame_of = [=](int i) { return std::min(std::llround(i * step), static_cast<long long>(frames - 1)); };
+    return {count, [=](int i) { return reduced_to_width(read_image(frame_path(frame_of(i))), settings.animation_width); },
+            [=](int i) { return static_cast<double>(i == count ? frames : frame_of(i)) / fps; }};
+}
+
 } // namespace
 
-std::array<std::string, 3> stills_names(const std::string& scene) {
-    return {scene + "_poster.png", scene + "_sheet.png", scene + ".webp"};
+std::array<std::string, 4> stills_names(const std::string& scene) {
+    return {scene + "_poster.png", scene + "_sheet.png", scene + ".webp", scene + ".gif"};
 }
 
 std::vector<sim::WrittenFile>
 make_stills(const sim::SceneDef& scene, const StillsSettings& settings,
             const std::function<std::filesystem::path(std::int64_t)>& frame_path,
             const std::filesystem::path& folder) {
-    const std::array<std::string, 3> names = stills_names(scene.name);
+    const std::array<std::string, 4> names = stills_names(scene.name);
     std::vector<sim::WrittenFile> files;
     const auto write = [&](const std::string& name, std::span<const std::uint8_t> bytes) {
         sim::write_file(folder / name, bytes);
@@ -145,16 +155,17 @@ make_stills(const sim::SceneDef& scene, const StillsSettings& settings,
         }
         write(names[1], encode_png(make_sheet(tiles, columns)));
     }
-    if (settings.has_animation) {
-        const auto ms_of = [&](std::int64_t frame) {
-            return static_cast<int>(std::llround(1e3 * static_cast<double>(frame) / fps));
-        };
+    const AnimationPictures pictures = pictures_of(scene, settings, frame_path);
+    if (settings.has_webp) {
+        const auto ms_of = [&](int i) { return static_cast<int>(std::llround(1e3 * pictures.start_time(i))); };
         Animation animation;
-        const std::int64_t step = std::max<std::int64_t>(1, std::llround(fps / animation_rate));
-        for (std::int64_t frame = 0; frame < count; frame += step) {
-            animation.add(reduced_to_width(read_image(frame_path(frame)), animation_width), ms_of(frame));
+        for (int i = 0; i < pictures.count; ++i) {
+            animation.add(pictures.picture(i), ms_of(i));
         }
-        write(names[2], animation.finish(ms_of(count)));
+        write(names[2], animation.finish(ms_of(pictures.count)));
+    }
+    if (settings.has_gif) {
+        write(names[3], encode_gif(pictures));
     }
     return files;
 }

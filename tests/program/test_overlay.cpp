@@ -1,4 +1,5 @@
 // What is drawn over the pictures, from the command line to the frames.
+#include "render/film/video_reader.h"
 #include "tests/program/program_fixture.h"
 
 using namespace test;
@@ -99,6 +100,39 @@ TEST_F(overlay_program, poster_sheet_and_animation_come_from_the_same_run_and_fr
     // A later run without them leaves none behind.
     ASSERT_EQ(tumble("run block.toml --out a").code, 0);
     EXPECT_EQ(files_in("a/block"), expected_files());
+}
+
+/// Mean difference of display values.
+double difference_of(const render::Image& a, const render::Image& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.rgb.size() && a.rgb.size() == b.rgb.size(); ++i) {
+        sum += std::abs(a.rgb[i] - b.rgb[i]);
+    }
+    return a.rgb.size() == b.rgb.size() ? sum / static_cast<double>(a.rgb.size()) : 255.0;
+}
+
+TEST_F(overlay_program, an_animation_has_the_size_and_rate_asked_for) {
+    const std::string stills = " --webp --gif --animation-width 1000 --animation-fps 8";
+    ASSERT_EQ(tumble("run block.toml --out a" + stills).code, 0);
+    ASSERT_EQ(tumble("join a/block --out b" + stills).code, 0);
+    for (const std::string name : {"block/block.webp", "block/block.gif"}) {
+        EXPECT_TRUE(bytes("a/" + name) == bytes("b/" + name)) << name;
+    }
+    // Of 8 frames, 20 a second: 0, 3, 5, 7. As wide as they are, in 256 colours.
+    render::VideoReader reader(folder / "a/block/block.gif");
+    render::Image image;
+    for (const int frame : {0, 3, 5, 7}) {
+        ASSERT_TRUE(reader.read(image)) << frame;
+        const render::Image drawn = render::read_image(folder / "a/block" / render::frame_file_name(frame));
+        EXPECT_EQ(image.width, drawn.width);
+        EXPECT_LT(difference_of(image, drawn), 6.0) << frame;
+    }
+    EXPECT_FALSE(reader.read(image));
+    EXPECT_NE(bytes("a/block/block.gif").find("NETSCAPE2.0"), std::string::npos); // played for ever
+    ASSERT_EQ(tumble("join a/block --gif --animation-width 100 --quiet").code, 0);
+    const Outcome alone = tumble("join a/block --animation-fps 5");
+    EXPECT_EQ(alone.code, 2);
+    expect_one_line(alone.err);
 }
 
 TEST_F(overlay_program, stills_without_the_frames_are_refused) {
