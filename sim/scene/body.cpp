@@ -193,6 +193,13 @@ BodyDef read_body_template(Section& section, std::int64_t index, bool has_keys) 
         body.look.color = section.has("color") ? body.look.color : floor_color;
         body.look.pattern_color = section.has("pattern_color") ? body.look.pattern_color : floor_line_color;
     }
+    if (section.has("drawn")) {
+        body.drawn = read_shape(section.source(), section.table("drawn"), section.title() + " drawn", index);
+        if (std::holds_alternative<Plane>(body.shape) || std::holds_alternative<Plane>(*body.drawn) || section.has("lathe")) {
+            section.fail("drawn", section.has("lathe") ? "expected drawn or lathe, not both"
+                                                       : "a plane has no end, expected another shape");
+        }
+    }
     if (section.has("lathe")) {
         body.look.lathe = section.pairs("lathe");
         if (body.mass.centre_of_mass.head<2>() != Eigen::Vector2d::Zero()) {
@@ -225,6 +232,9 @@ void settle(BodyDef& body) {
     const Vec3 origin = body.mass.centre_of_mass;
     if (!body.is_static()) {
         body.shape = shifted(body.shape, origin);
+        if (body.drawn) {
+            body.drawn = shifted(*body.drawn, origin);
+        }
         body.pose.position = body.pose * origin;
         for (Eigen::Vector2d& point : body.look.lathe) {
             point.y() -= origin.z();

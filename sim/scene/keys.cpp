@@ -103,7 +103,10 @@ const Keys template_body_keys =
         {"angular_velocity", vector, "rad/s", "[0, 0, 0]", "at the start, in the world's axes", any, ""},
     } +
     material_keys + look_keys +
-    Keys{{"lathe", pairs, "m", none,
+    Keys{{"drawn", table, "", none,
+          "a shape that is drawn instead, in the same frame: what collides may be simpler than what is seen", any,
+          "{ kind = ... }"},
+         {"lathe", pairs, "m", none,
           "(radius, z) points from bottom to top of the shape's frame: a surface of revolution about its z "
           "axis that "
           "is drawn instead of the shape",

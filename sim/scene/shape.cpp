@@ -205,6 +205,13 @@ std::string text_of_file(const TextSource& source, const ObjFile& file) {
     return fmt::format("parts = [{}]", fmt::join(parts, ", "));
 }
 
+/// A rock, or a compound with one.
+bool is_random(const TreeNode& shape) {
+    const TreeNode* kind = shape.find("kind");
+    const TreeNode* parts = shape.find("parts");
+    return (kind != nullptr && kind->text == "rock") || (parts != nullptr && std::ranges::any_of(parts->children, is_random));
+}
+
 } // namespace
 
 std::string text_with_points(std::string text, const TreeNode& root, const TextSource& source) {
@@ -283,16 +290,13 @@ Shape read_shape(const TextSource& source, const TreeNode& node, const std::stri
 }
 
 bool is_random_shape(const TreeNode& body) {
-    const TreeNode* shape = body.find("shape");
-    const TreeNode* kind = shape != nullptr ? shape->find("kind") : nullptr;
-    if (kind != nullptr && kind->text == "rock") {
-        return true;
+    for (const char* key : {"shape", "drawn"}) {
+        const TreeNode* shape = body.find(key);
+        if (shape != nullptr && is_random(*shape)) {
+            return true;
+        }
     }
-    const TreeNode* parts = shape != nullptr ? shape->find("parts") : nullptr;
-    return parts != nullptr && std::ranges::any_of(parts->children, [](const TreeNode& part) {
-               const TreeNode* part_kind = part.find("kind");
-               return part_kind != nullptr && part_kind->text == "rock";
-           });
+    return false;
 }
 
 } // namespace sim

@@ -114,6 +114,15 @@ TEST(renderer, cube_covers_the_pixels_that_perspective_says) {
     EXPECT_NEAR(share, 0.32, 0.5 / 8 + 0.01);
 }
 
+TEST(renderer, what_is_drawn_may_differ_from_what_collides) {
+    sim::SceneDef scene = red_cube();
+    const render::Image cube = drawn(scene, 160, 120);
+    scene.bodies[0].shape = sim::Sphere{1.0};
+    EXPECT_NE(drawn(scene, 160, 120).rgb, cube.rgb);
+    scene.bodies[0].drawn = sim::Box{{1, 1, 1}};
+    EXPECT_EQ(drawn(scene, 160, 120).rgb, cube.rgb);
+}
+
 TEST(renderer, top_row_shows_what_is_above) {
     sim::SceneDef scene = red_cube();
     scene.bodies[0].pose.position.z() = 2.5;

@@ -550,6 +550,19 @@ lathe = [[0, -2], [2, 0], [0, 2]]
     EXPECT_EQ(body.look.lathe.at(2), Eigen::Vector2d(0, 2.5));
 }
 
+TEST(scene_file, what_is_drawn_stays_where_the_shape_is) {
+    const SceneDef scene = parse_scene(R"([[body]]
+name = "chair"
+shape = { kind = "box", size = [1, 1, 1] }
+mass = 3
+centre_of_mass = [0, 0, -0.5]
+inertia = [1, 1, 1]
+drawn = { kind = "cylinder", radius = 1, length = 2 }
+)", "s.toml");
+    EXPECT_EQ(std::get<Compound>(scene.bodies.at(0).shape).parts.at(0).body_from_part.position, Vec3(0, 0, 0.5));
+    EXPECT_EQ(std::get<Compound>(*scene.bodies.at(0).drawn).parts.at(0).body_from_part.position, Vec3(0, 0, 0.5));
+}
+
 TEST(scene_file, orientations_agree_in_all_three_ways) {
     const auto orientation = [](const std::string& line) {
         return parse_scene(ball + line, "s.toml").bodies.at(0).pose.orientation;
