@@ -22,7 +22,7 @@ std::vector<std::string> run_names(const std::string& scene);
 
 /// Creates a folder and those above it. Throws Error (io).
 void make_folder(const std::filesystem::path& folder);
-/// "frame_000000.png", and what lies beside it: "frame_000000.bodies.png", "frame_000000.bodies.json", "frame_000000.exr".
+/// "frame_000000.png", and what lies beside it: "frame_000000.bodies.png", "frame_000000.bodies.json", "frame_000000.exr", ...
 bool is_frame_name(std::string_view name);
 /// Removes frame_NNNNNN.png and what lies beside them from a folder, but those of these names. Throws Error (io).
 void remove_frame_files(const std::filesystem::path& folder, const std::set<std::string>& kept = {});

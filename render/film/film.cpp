@@ -89,8 +89,50 @@ std::string film_file_name(const sim::SceneDef& scene) {
     return scene.name + film_extension(scene.output.encoder);
 }
 
-std::string pass_file_name(std::int64_t frame) {
-    return fmt::format("frames/frame_{:06}.exr", frame);
+namespace {
+
+/// What the passes of a frame are written as, after its name.
+constexpr std::string_view exr_suffix = ".exr";
+constexpr std::string_view rgba_suffix = ".rgba.png";
+constexpr std::string_view depth_suffix = ".depth.png";
+
+std::vector<std::string_view> pass_suffixes(const sim::OutputDef& output) {
+    using enum sim::PicturePass;
+    std::vector<std::string_view> suffixes;
+    if (output.has(depth) || output.has(normal) || output.has(body) || output.has(motion) || output.has(alpha)) {
+        suffixes.push_back(exr_suffix);
+    }
+    if (output.has(rgba)) {
+        suffixes.push_back(rgba_suffix);
+    }
+    if (output.has(depth16)) {
+        suffixes.push_back(depth_suffix);
+    }
+    return suffixes;
+}
+
+std::vector<std::uint8_t> pass_file(std::string_view suffix, const PassSource& source, const sim::OutputDef& output) {
+    if (suffix == rgba_suffix) {
+        return encode_png(PngKind::rgba8, output.width, output.height, rgba_samples(source));
+    }
+    if (suffix == depth_suffix) {
+        return encode_png(PngKind::gray16, output.width, output.height, depth16_samples(source));
+    }
+    return encode_exr(make_passes(source, output), output.width, output.height);
+}
+
+std::string pass_file_name(std::string_view suffix, std::int64_t frame) {
+    return fmt::format("frames/frame_{:06}{}", frame, suffix);
+}
+
+} // namespace
+
+std::vector<std::string> pass_file_names(const sim::OutputDef& output, std::int64_t frame) {
+    std::vector<std::string> names;
+    for (const std::string_view suffix : pass_suffixes(output)) {
+        names.push_back(pass_file_name(suffix, frame));
+    }
+    return names;
 }
 
 Film::Film(const sim::SceneDef& scene, const FilmSettings& settings)
@@ -156,9 +198,10 @@ std::vector<sim::WrittenFile> Film::files() const {
 std::shared_ptr<const Image> Film::kept_picture(std::int64_t frame) const {
     const std::filesystem::path path = settings_.folder / frame_file_name(frame);
     std::error_code error;
-    if (!settings_.keep_frames || !std::filesystem::is_regular_file(path, error) ||
-        (scene_.output.has_passes() &&
-         !std::filesystem::is_regular_file(settings_.folder / pass_file_name(frame), error))) {
+    const std::vector<std::string> passes = pass_file_names(scene_.output, frame);
+    const auto is_there = [&](const std::filesystem::path& file) { return std::filesystem::is_regular_file(file, error); };
+    if (!settings_.keep_frames || !is_there(path) ||
+        !std::ranges::all_of(passes, [&](const std::string& name) { return is_there(settings_.folder / name); })) {
         return nullptr;
     }
     try {
@@ -297,10 +340,11 @@ void Film::write_numbers(const Shot& shot, const DepthPicture& depth) {
     }
     if (scene_.output.has_passes()) {
         const PassSource source{*plan_, shot.raw, shot.list, depth, *shot.state.snapshot, frame_time(shot.state.frame)};
-        const std::string file = pass_file_name(shot.state.frame);
-        sim::write_file_unsynced(settings_.folder / file, encode_exr(make_passes(source, scene_.output),
-                                                                     scene_.output.width, scene_.output.height));
-        number_files_.push_back(sim::describe_file(settings_.folder, file));
+        for (const std::string_view suffix : pass_suffixes(scene_.output)) {
+            const std::string file = pass_file_name(suffix, shot.state.frame);
+            sim::write_file_unsynced(settings_.folder / file, pass_file(suffix, source, scene_.output));
+            number_files_.push_back(sim::describe_file(settings_.folder, file));
+        }
     }
 }
 

@@ -82,25 +82,32 @@ void append_texts(std::vector<std::uint8_t>& file, const std::vector<TextLine>& 
 } // namespace
 
 std::vector<std::uint8_t> encode_png(const Image& image) {
-    CHECK(image.width > 0 && image.height > 0);
-    const std::size_t row_bytes = static_cast<std::size_t>(image.width) * 3;
-    CHECK(image.rgb.size() == row_bytes * static_cast<std::size_t>(image.height));
+    return encode_png(PngKind::rgb8, image.width, image.height, image.rgb);
+}
+
+std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::span<const std::uint8_t> samples) {
+    CHECK(width > 0 && height > 0);
+    const std::size_t pixel_bytes = kind == PngKind::rgb8 ? 3 : kind == PngKind::rgba8 ? 4 : 2;
+    const std::size_t row_bytes = static_cast<std::size_t>(width) * pixel_bytes;
+    CHECK(samples.size() == row_bytes * static_cast<std::size_t>(height));
 
     // Each row is preceded by its filter type, 0: none.
-    const std::size_t raw_bytes = (row_bytes + 1) * static_cast<std::size_t>(image.height);
+    const std::size_t raw_bytes = (row_bytes + 1) * static_cast<std::size_t>(height);
     const auto raw = std::make_unique_for_overwrite<std::uint8_t[]>(raw_bytes);
-    for (int y = 0; y < image.height; ++y) {
+    for (int y = 0; y < height; ++y) {
         std::uint8_t* row = raw.get() + static_cast<std::size_t>(y) * (row_bytes + 1);
         row[0] = 0;
-        std::memcpy(row + 1, image.rgb.data() + static_cast<std::size_t>(y) * row_bytes, row_bytes);
+        std::memcpy(row + 1, samples.data() + static_cast<std::size_t>(y) * row_bytes, row_bytes);
     }
 
     const std::vector<std::uint8_t> packed = deflated({raw.get(), raw_bytes});
 
-    // 8 bits a channel, colour type 2 (RGB), deflate, adaptive filtering, not interlaced.
+    // Bits a channel, colour type (0: gray, 2: RGB, 6: RGBA), deflate, adaptive filtering, not interlaced.
     std::array<std::uint8_t, 13> header{0, 0, 0, 0, 0, 0, 0, 0, 8, 2, 0, 0, 0};
-    put_u32(header.data(), static_cast<std::uint32_t>(image.width));
-    put_u32(header.data() + 4, static_cast<std::uint32_t>(image.height));
+    put_u32(header.data(), static_cast<std::uint32_t>(width));
+    put_u32(header.data() + 4, static_cast<std::uint32_t>(height));
+    header[8] = kind == PngKind::gray16 ? 16 : 8;
+    header[9] = kind == PngKind::rgb8 ? 2 : kind == PngKind::rgba8 ? 6 : 0;
 
     std::vector<std::uint8_t> file;
     file.reserve(packed.size() + 64);

@@ -201,26 +201,67 @@ private:
     glm::dmat4 next_clip_from_world_;
 };
 
-/// Share of each pixel that bodies cover: the picture of white bodies before black planes and sky.
-std::vector<float> cover(const PassSource& source) {
-    RawPicture mask = source.raw;
-    std::vector<bool> is_body(source.list.body_of_id.size(), true);
+/// By part number: is it a body's, no plane and no sky?
+std::vector<bool> parts_of_bodies(const DrawList& list) {
+    std::vector<bool> is_body(list.body_of_id.size(), true);
     is_body[0] = false;
-    for (const Floor& floor : source.list.floors) {
+    for (const Floor& floor : list.floors) {
         is_body[floor.id] = false;
     }
+    return is_body;
+}
+
+/// The picture of bodies before black planes and sky. is_white: and all of them white, which is the share of each pixel that
+/// they cover.
+Image bodies_alone(const PassSource& source, bool is_white) {
+    RawPicture mask = source.raw;
+    const std::vector<bool> is_body = parts_of_bodies(source.list);
     for (std::size_t k = 0; k < mask.ids.size(); ++k) {
-        std::fill_n(mask.rgba.begin() + static_cast<std::ptrdiff_t>(4 * k), 4, is_body.at(mask.ids[k]) ? 255 : 0);
+        const bool is_seen = is_body.at(mask.ids[k]);
+        if (is_white || !is_seen) {
+            std::fill_n(mask.rgba.begin() + static_cast<std::ptrdiff_t>(4 * k), 4, is_seen ? 255 : 0);
+        }
     }
-    const Image image = source.plan.picture(mask, source.list);
+    return source.plan.picture(mask, source.list);
+}
+
+std::vector<float> cover(const PassSource& source) {
+    const Image image = bodies_alone(source, true);
     std::vector<float> shares;
-    for (std::size_t k = 0; k < mask.ids.size(); ++k) {
-        shares.push_back(static_cast<float>(image.rgb[3 * k]) / 255.0f);
+    for (std::size_t k = 0; k < image.rgb.size(); k += 3) {
+        shares.push_back(static_cast<float>(image.rgb[k]) / 255.0f);
     }
     return shares;
 }
 
 } // namespace
+
+std::vector<std::uint8_t> rgba_samples(const PassSource& source) {
+    const Image color = bodies_alone(source, false); // at edges mixed with black
+    const Image share = bodies_alone(source, true);
+    std::vector<std::uint8_t> samples;
+    samples.reserve(color.rgb.size() / 3 * 4);
+    for (std::size_t k = 0; k < color.rgb.size(); k += 3) {
+        const int alpha = share.rgb[k];
+        for (std::size_t c = 0; c < 3; ++c) {
+            const int whole = alpha > 0 ? (color.rgb[k + c] * 255 + alpha / 2) / alpha : 0;
+            samples.push_back(static_cast<std::uint8_t>(std::min(whole, 255)));
+        }
+        samples.push_back(static_cast<std::uint8_t>(alpha));
+    }
+    return samples;
+}
+
+std::vector<std::uint8_t> depth16_samples(const PassSource& source) {
+    const PassMaker maker(source);
+    std::vector<std::uint8_t> samples;
+    maker.each([&](int, int, const Seen& seen) {
+        const auto value = static_cast<unsigned>(std::clamp(std::round(1e3 * seen.depth), 0.0, 65535.0));
+        samples.push_back(static_cast<std::uint8_t>(value >> 8));
+        samples.push_back(static_cast<std::uint8_t>(value & 255u));
+    });
+    return samples;
+}
 
 std::vector<Channel> make_passes(const PassSource& source, const sim::OutputDef& output) {
     const PassMaker maker(source);

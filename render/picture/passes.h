@@ -28,7 +28,12 @@ struct PassSource {
     double frame_time; ///< [s] simulated, to the next frame
 };
 
-/// Channels of those passes that the scene's output asks for.
+/// Samples of PNG files, the top row first: bodies before nothing, RGBA; and the depth in millimetres, 16 bits, the high byte
+/// first, 65535 from there on.
+std::vector<std::uint8_t> rgba_samples(const PassSource& source);
+std::vector<std::uint8_t> depth16_samples(const PassSource& source);
+
+/// Channels of those passes of OpenEXR files that the scene's output asks for.
 std::vector<Channel> make_passes(const PassSource& source, const sim::OutputDef& output);
 
 /// The bytes of an OpenEXR file of channels of width x height pixels. Throws Error (io).

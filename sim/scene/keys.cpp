@@ -209,8 +209,9 @@ SectionSpec output_section() {
                  "motion blur: share of the time between two frames in which the shutter is open", unit_interval, ""},
                 {"subframes", integer, "", "8", "pictures that a blurred frame is the mean of", {1, 256}, ""},
                 {"passes", words, "", "[]",
-                 "beside each frame, as 32-bit OpenEXR: `depth`, `normal`, `body`, `motion`, `alpha`; not of blurred "
-                 "frames; what the numbers mean: render/film/README.md", any, "depth normal body motion alpha"},
+                 "beside each frame, as 32-bit OpenEXR: `depth`, `normal`, `body`, `motion`, `alpha`; as PNG: `rgba`, bodies "
+                 "before nothing, and `depth16`, millimetres; not of blurred frames; what the numbers mean: "
+                 "render/film/README.md", any, "depth normal body motion alpha rgba depth16"},
                 {"fps", fraction, "1/s", "60", "frame k shows step round(k / (fps h))", {0.0, 1e4, true}, ""},
                 {"duration",
                  fraction,

@@ -135,6 +135,23 @@ TEST_F(overlay_program, an_animation_has_the_size_and_rate_asked_for) {
     expect_one_line(alone.err);
 }
 
+TEST_F(overlay_program, passes_lie_beside_their_frames_until_a_run_without_them) {
+    ASSERT_EQ(tumble("run block.toml --out p --no-video --passes depth,rgba,depth16").code, 0);
+    std::set<std::string> found = files_in("p/block");
+    for (const char* name : {"frames/frame_000007.exr", "frames/frame_000007.rgba.png", "frames/frame_000007.depth.png"}) {
+        EXPECT_TRUE(found.contains(name)) << name;
+    }
+    // One that is missing is drawn again.
+    std::filesystem::remove(folder / "p/block/frames/frame_000003.depth.png");
+    ASSERT_EQ(tumble("run block.toml --out p --no-video --passes depth,rgba,depth16 --resume").code, 0);
+    EXPECT_EQ(files_in("p/block"), found);
+    ASSERT_EQ(tumble("run block.toml --out p --no-video --passes rgba").code, 0);
+    found = files_in("p/block");
+    EXPECT_TRUE(found.contains("frames/frame_000007.rgba.png"));
+    EXPECT_FALSE(found.contains("frames/frame_000007.exr"));
+    EXPECT_FALSE(found.contains("frames/frame_000007.depth.png"));
+}
+
 TEST_F(overlay_program, stills_without_the_frames_are_refused) {
     for (const char* options :
          {"--poster 0 --no-png", "--sheet 4 --frames 0:3", "--sheet 0", "--poster -1"}) {

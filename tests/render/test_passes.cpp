@@ -36,8 +36,8 @@ sim::SceneDef shapes() {
     return scene;
 }
 
-/// The channels of a scene's start, drawn as a film does.
-std::map<std::string, render::Channel> passes_of(const sim::SceneDef& scene, double frame_time) {
+/// Calls use(source) with what a film would hand to the passes of a scene's start.
+void with_passes(const sim::SceneDef& scene, double frame_time, const auto& use) {
     const sim::Snapshot snapshot = sample::start(scene);
     const auto plan = std::make_shared<const render::PicturePlan>(scene, passes_width, passes_height);
     const render::DrawList list = plan->list(snapshot);
@@ -46,12 +46,17 @@ std::map<std::string, render::Channel> passes_of(const sim::SceneDef& scene, dou
     render::DepthPicture depth;
     renderer.begin(list, true);
     renderer.finish(raw, depth);
+    use(render::PassSource{*plan, raw, list, depth, snapshot, frame_time});
+}
+
+std::map<std::string, render::Channel> passes_of(const sim::SceneDef& scene, double frame_time) {
     std::map<std::string, render::Channel> channels;
-    const render::PassSource source{*plan, raw, list, depth, snapshot, frame_time};
-    for (render::Channel& channel : render::make_passes(source, scene.output)) {
-        const std::string name = channel.name;
-        channels[name] = std::move(channel);
-    }
+    with_passes(scene, frame_time, [&](const render::PassSource& source) {
+        for (render::Channel& channel : render::make_passes(source, scene.output)) {
+            const std::string name = channel.name;
+            channels[name] = std::move(channel);
+        }
+    });
     return channels;
 }
 
@@ -118,6 +123,51 @@ TEST(passes, motion_follows_the_camera_too) {
     std::map<std::string, render::Channel> found = passes_of(scene, 0.1);
     EXPECT_NEAR(found["motion.X"].values.at(pixel_at(-2.0, 0.8)), -scale * 10.0 * 0.5 / 9.5, 0.02);
     EXPECT_NEAR(found["motion.X"].values.at(pixel_at(0.0, 4.0)), 0.0, 1e-3); // the sky is far
+}
+
+TEST(passes, bodies_before_nothing_keep_their_colour_at_their_edges) {
+    with_passes(shapes(), 0.1, [&](const render::PassSource& source) {
+        const render::Image frame = source.plan.picture(source.raw, source.list);
+        const std::vector<std::uint8_t> samples = render::rgba_samples(source);
+        ASSERT_EQ(samples.size(), frame.rgb.size() / 3 * 4);
+        const auto of = [&](std::size_t pixel, std::size_t channel) { return int{samples.at(4 * pixel + channel)}; };
+        for (const std::size_t pixel : {pixel_at(-2.0, 0.8), pixel_at(0.01, 1.01)}) {
+            EXPECT_EQ(of(pixel, 3), 255);
+            for (std::size_t c = 0; c < 3; ++c) {
+                EXPECT_EQ(of(pixel, c), frame.rgb[3 * pixel + c]);
+            }
+        }
+        EXPECT_EQ(of(pixel_at(0.0, -2.0), 3), 0); // the floor
+        EXPECT_EQ(of(pixel_at(0.0, 4.0), 3), 0);  // the sky
+        int edges = 0;
+        for (std::size_t k = 0; k < passes_width * 60; ++k) { // the green ball, above the horizon
+            if (k % passes_width > 60 && k % passes_width < 100 && of(k, 3) > 0 && of(k, 3) < 255) {
+                ++edges;
+                EXPECT_GT(of(k, 1), 5 * of(k, 0) / 4) << k;
+                EXPECT_GT(of(k, 1), 60) << k; // not mixed with the dark
+            }
+        }
+        EXPECT_GT(edges, 20);
+        const std::vector<std::uint8_t> depth = render::depth16_samples(source);
+        const auto millimetres = [&](std::size_t pixel) { return 256 * depth.at(2 * pixel) + depth.at(2 * pixel + 1); };
+        EXPECT_EQ(millimetres(pixel_at(-2.0, 0.8)), 9500);
+        EXPECT_EQ(millimetres(pixel_at(0.0, 4.0)), 65535);
+        // As files.
+        const std::filesystem::path path = test::out_folder("rgba.png");
+        std::filesystem::create_directories(path.parent_path());
+        const auto back = [&](render::PngKind kind, const std::vector<std::uint8_t>& written) {
+            const std::vector<std::uint8_t> bytes = render::encode_png(kind, passes_width, passes_height, written);
+            std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()),
+                                                        static_cast<std::streamsize>(bytes.size()));
+            return render::read_image(path); // without alpha; the high bytes of 16 bits
+        };
+        const render::Image color = back(render::PngKind::rgba8, samples);
+        const render::Image gray = back(render::PngKind::gray16, depth);
+        for (const std::size_t pixel : {pixel_at(-2.0, 0.8), pixel_at(0.3, 1.2), pixel_at(0.0, -2.0)}) {
+            EXPECT_EQ(color.rgb.at(3 * pixel + 1), of(pixel, 1));
+            EXPECT_EQ(gray.rgb.at(3 * pixel), depth.at(2 * pixel));
+        }
+    });
 }
 
 TEST(passes, come_back_from_an_exr_file) {
