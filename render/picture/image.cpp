@@ -70,7 +70,7 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> data) {
 }
 
 /// International textual data (PNG specification, sec. 11.3.4.5): a line of text each, "X Y WIDTH HEIGHT TEXT".
-void append_texts(std::vector<std::uint8_t>& file, const std::vector<TextLine>& texts) {
+void append_texts(std::vector<std::uint8_t>& file, std::span<const TextLine> texts) {
     std::string content("tumble:texts\0\0\0\0\0", 17); // keyword, not compressed, no language, not translated
     for (const TextLine& line : texts) {
         content += std::to_string(line.x) + " " + std::to_string(line.y) + " " + std::to_string(line.width) + " " +
@@ -82,10 +82,11 @@ void append_texts(std::vector<std::uint8_t>& file, const std::vector<TextLine>& 
 } // namespace
 
 std::vector<std::uint8_t> encode_png(const Image& image) {
-    return encode_png(PngKind::rgb8, image.width, image.height, image.rgb);
+    return encode_png(PngKind::rgb8, image.width, image.height, image.rgb, image.texts);
 }
 
-std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::span<const std::uint8_t> samples) {
+std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::span<const std::uint8_t> samples,
+                                     std::span<const TextLine> texts) {
     CHECK(width > 0 && height > 0);
     const std::size_t pixel_bytes = kind == PngKind::rgb8 ? 3 : kind == PngKind::rgba8 ? 4 : 2;
     const std::size_t row_bytes = static_cast<std::size_t>(width) * pixel_bytes;
@@ -113,8 +114,8 @@ std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::s
     file.reserve(packed.size() + 64);
     file.assign(png_signature.begin(), png_signature.end());
     append_chunk(file, "IHDR", header);
-    if (!image.texts.empty()) {
-        append_texts(file, image.texts);
+    if (!texts.empty()) {
+        append_texts(file, texts);
     }
     append_chunk(file, "IDAT", packed);
     append_chunk(file, "IEND", {});

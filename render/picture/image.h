@@ -34,7 +34,8 @@ std::vector<std::uint8_t> encode_png(const Image& image);
 
 /// Samples of a PNG file: 8 bits a channel, alpha not multiplied in; or one channel of 16 bits, the high byte first.
 enum class PngKind { rgb8, rgba8, gray16 };
-std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::span<const std::uint8_t> samples);
+std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::span<const std::uint8_t> samples,
+                                     std::span<const TextLine> texts = {});
 
 /// Reads a PNG (or JPEG) as 8-bit RGB. Throws Error (io).
 Image read_image(const std::filesystem::path& path);
