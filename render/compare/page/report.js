@@ -193,9 +193,9 @@ function filter_list() {
 
 // ---- one case
 function start_frame(item) {
-    if (item.worst_frame !== null && outcome(item) !== 'identical')
-        return index_at(item, item.worst_frame);
-    return Math.max(0, item.frames.findIndex(has_picture));
+    const worst = item.worst_frame === null ? 0 : index_at(item, item.worst_frame);
+    const shown = item.frames.findIndex(has_picture);
+    return shown < 0 || has_picture(item.frames[worst]) ? worst : shown;
 }
 const index_at = (item, number_of_frame) =>
     Math.max(0, item.frames.findIndex(frame => frame.index === number_of_frame));
