@@ -227,6 +227,13 @@ int find_body(const Loading& loading, const std::string& name, const TextPlace& 
     return found->second;
 }
 
+/// As for masses: products of three such numbers neither vanish nor overflow.
+void refuse_extreme(const Section& section, std::string_view key, double value) {
+    if (value != 0.0 && !(value >= 1e-100 && value <= 1e100)) {
+        section.fail(key, fmt::format("{} is {}, expected within 1e-100..1e100", key, value));
+    }
+}
+
 /// Spring and motor of a hinge or slider. sign: -1 where the first body named is the joint's second.
 void read_drives(const Loading& loading, Section& joint, JointDef& def, double sign) {
     if (joint.has("spring")) {
@@ -238,10 +245,13 @@ void read_drives(const Loading& loading, Section& joint, JointDef& def, double s
         if (def.spring->stiffness == 0.0 && def.spring->damping == 0.0) {
             section.fail("stiffness", "stiffness and damping are 0, expected one of them > 0");
         }
+        refuse_extreme(section, "stiffness", def.spring->stiffness);
+        refuse_extreme(section, "damping", def.spring->damping);
     }
     if (joint.has("motor")) {
         Section section(loading.source, joint.table("motor"), scene_section("joint.motor"), joint.title() + " motor");
         def.motor = {sign * section.number("speed"), section.number("limit")};
+        refuse_extreme(section, "limit", def.motor->limit);
         const double most = largest_turn_in_step / loading.scene.step.time_step.value();
         if (def.kind == JointKind::hinge && std::abs(def.motor->speed) > most) {
             section.fail("speed", fmt::format("speed is {:.3g} rad/s, expected at most {:.3g} rad/s: {:g} rad a step",

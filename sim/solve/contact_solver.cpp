@@ -230,17 +230,28 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
 void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs,
                                    std::span<Joint> joints) {
     has_doubtful_memory_ = !converged_;
+    contacts_.store(bodies, pairs, to_.velocity);
+    joint_before_ = joint_weight_;
+    const auto is_hit = [&](const Joint& joint) { return contacts_.is_hit(joint.a) || contacts_.is_hit(joint.b); };
+    const bool are_hit = std::ranges::any_of(joints, is_hit);
+    const std::vector<double> sizes = joints_.impulse_sizes(joints.size());
     joints_.store_impulses(joints);
     for (std::size_t i = 0; i < joints.size(); ++i) {
-        joints[i].memory.owed = 0.5 * rules_.h / impulse_interval(joint_weight_[i], rules_.h);
-        joints[i].memory.last_interval = rules_.h;
+        JointMemory& memory = joints[i].memory;
+        const double interval = impulse_interval(joint_weight_[i], rules_.h);
+        // What answers a speculative impact is no force, as for contacts: see RestingContacts::find_hit_bodies().
+        const double force = sizes[i] / interval;
+        const double share = are_hit && force > largest_growth * memory.force ? memory.force / force : 1.0;
+        joint_before_[i] *= share;
+        memory.force = share * force;
+        memory.owed = share * 0.5 * rules_.h / interval;
+        memory.last_interval = rules_.h;
     }
-    contacts_.store(bodies, pairs, to_.velocity);
 }
 
 std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bodies) {
     at_node_ = bodies.velocity;
-    joints_.add_weighted(joint_weight_, at_node_);
+    joints_.add_weighted(joint_before_, at_node_);
     contacts_.apply_half_kicks(at_node_);
     return at_node_;
 }
@@ -252,7 +263,7 @@ DriveWork ContactSolver::drive_work(const Bodies& bodies) {
     if (joints_.has_motors()) {
         kick.at_node = find_velocity_at_node(bodies);
     }
-    const DriveWork of_joints = joints_.work(velocity, joints_.has_motors() ? &kick : nullptr, joint_weight_);
+    const DriveWork of_joints = joints_.work(velocity, joints_.has_motors() ? &kick : nullptr, joint_before_);
     work.all += of_joints.all;
     work.ahead += of_joints.ahead;
     return work;

@@ -87,6 +87,7 @@ private:
     RestingContacts contacts_;
     JointSolver joints_;
     std::vector<double> joint_weight_; ///< [joint_count]
+    std::vector<double> joint_before_; ///< [joint_count] share of the impulses that acts before t0, once stored
     Prediction to_;
     std::vector<Velocity> measured_;   ///< those of the first measurement of this solve
     std::vector<Velocity> at_node_;    ///< memory of find_velocity_at_node()

@@ -12,6 +12,10 @@ namespace {
 /// factored, whatever the masses. The outer iterations take out what it leaves, a share of the same size each.
 constexpr double regularisation = 1e-11;
 
+/// A spring is too stiff for the step where this share [-] of the square of its phase in it is near 1: below, what its force
+/// is late by is of third order.
+constexpr double stiff_share = 0.25;
+
 /// Times that motors may reach their limits, or leave them, in one solve.
 constexpr int limit_rounds = 20;
 
@@ -91,6 +95,8 @@ void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index) 
         Row& row = is_slider ? add(kind, axis, r_a.cross(axis), r_b.cross(axis), 0.0) : add(kind, Vec3::Zero(), axis, axis, 0.0);
         row.gap = drive_position(joint, pose_a, pose_b, joint.memory.position);
         row.before = kind == RowKind::spring ? joint.memory.spring_owed : 0.0;
+        row.response = (row.inverse_mass_a + row.inverse_mass_b) * row.axis.squaredNorm() + row.arm_a.dot(row.turn_a) +
+                       row.arm_b.dot(row.turn_b);
         has_drives_ = true;
         has_motors_ = has_motors_ || kind == RowKind::motor;
         has_springs_ = has_springs_ || kind == RowKind::spring;
@@ -198,8 +204,9 @@ double JointSolver::target_closed(std::span<const Joint> joints, std::span<const
     return largest;
 }
 
-/// position: the joint's at t0 + h, reached with row_velocity u. With x linear in u, the impulse before + after of a spring,
-/// after = -k (x(t0) + x - 2 rest) h/4 - c (x - x(t0)) / 2, is p = -(stretch + soft u); the row asks for u + p / soft.
+/// position: the joint's at t0 + h, reached with row_velocity u. With x linear in u, half the impulse of an interval is
+/// a = -k ((1 - s) x(t0) + (1 + s) x - 2 rest) h/4 - c (x - x(t0)) / 2 = -(stretch + soft u), s = late. The row's impulse,
+/// before + (1 + s) a, is p where u + p / ((1 + s) soft) is the target.
 void JointSolver::target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h) {
     if (row.kind == RowKind::motor) {
         row.target = row_velocity + joint.motor->speed - (position - row.gap) / h;
@@ -207,12 +214,18 @@ void JointSolver::target_drive(const Joint& joint, Row& row, double position, do
         return;
     }
     const auto& [stiffness, damping, rest] = *joint.spring;
+    const double slow = damping * h * row.response;
+    const double phase_square = stiff_share * (stiffness * h * h * row.response + slow * slow);
+    row.late = phase_square / (1.0 + phase_square);
+    const double end = 1.0 + row.late;
     const double still = position - h * row_velocity; // reached with u = 0
-    const double soft = 0.25 * stiffness * h * h + 0.5 * damping * h;
-    const double stretch = 0.25 * stiffness * h * (row.gap + still - 2.0 * rest) + 0.5 * damping * (still - row.gap);
-    is_factored_ = is_factored_ && row.softness == 1.0 / soft;
-    row.softness = 1.0 / soft;
-    row.target = (row.before - stretch) / soft;
+    const double soft = 0.25 * end * stiffness * h * h + 0.5 * damping * h;
+    const double stretch =
+        0.25 * stiffness * h * ((1.0 - row.late) * row.gap + end * still - 2.0 * rest) + 0.5 * damping * (still - row.gap);
+    const double softness = 1.0 / (end * soft);
+    is_factored_ = is_factored_ && row.softness == softness;
+    row.softness = softness;
+    row.target = softness * (row.before - end * stretch);
 }
 
 /// A motor never gives more than its limit; at it the others are solved anew. Returns false if one changed.
@@ -357,11 +370,24 @@ double JointSolver::half_kick_work(std::span<const Joint> joints, std::span<cons
     return sum;
 }
 
+std::vector<double> JointSolver::impulse_sizes(std::size_t joint_count) const {
+    std::vector<double> sizes(joint_count);
+    for (const Row& row : rows_) {
+        sizes[static_cast<std::size_t>(row.joint)] += row.sum * row.sum;
+    }
+    for (double& size : sizes) {
+        size = std::sqrt(size);
+    }
+    return sizes;
+}
+
 void JointSolver::store_impulses(std::span<Joint> joints) const {
     for (const Row& row : rows_) {
         JointMemory& memory = joints[static_cast<std::size_t>(row.joint)].memory;
         memory.impulse[static_cast<std::size_t>(row.index)] = row.sum;
-        memory.spring_owed = row.kind == RowKind::spring ? row.sum - row.before : memory.spring_owed;
+        if (row.kind == RowKind::spring) {
+            memory.spring_owed = (row.sum - row.before) * (1.0 - row.late) / (1.0 + row.late);
+        }
         memory.position = row.is_drive() ? row.gap : memory.position;
     }
 }

@@ -7,7 +7,9 @@
 ///
 /// A spring's row is soft. Its force is the mean of those at both ends of an interval (the mean acceleration method, Newmark
 /// 1959, beta = 1/4): half of an interval's impulse acts at its start, half at its end. That is second order, keeps the
-/// energy of a linear spring, and is stable at any step. A motor's row asks for a speed, with an impulse that has a limit.
+/// energy of a linear spring, and is stable at any step. What is too stiff for the step would ring for ever, and against
+/// contacts; it goes over to the force at the end, all of which acts at the start (backward Euler), which comes to rest.
+/// A motor's row asks for a speed, with an impulse that has a limit.
 #include "sim/block/blocks.h"
 #include "sim/solve/joint_model.h"
 
@@ -58,6 +60,9 @@ public:
                           const Kick& kick) const;
     bool has_motors() const { return has_motors_; }
 
+    /// Size of each joint's impulses of this solve together [joint_count]; a moment counts with an arm of 1 m [N s].
+    std::vector<double> impulse_sizes(std::size_t joint_count) const;
+
     /// Writes the impulses of this solve to the joints' memory.
     void store_impulses(std::span<Joint> joints) const;
 
@@ -91,9 +96,10 @@ private:
         double target = 0.0; ///< [m/s] or [rad/s]
         double sum = 0.0;    ///< impulses of this solve [N s] or [N m s]
         double before = 0.0; ///< of a spring, what of them acts at the end of the last interval
+        double late = 0.0;     ///< of a spring: 0: mean of both ends, 1: the force at the end of the interval [-]
         double softness = 0.0; ///< of a spring: velocity that a unit of impulse does without [m/s] or [rad/s]
         double most = std::numeric_limits<double>::infinity(); ///< of a motor: its largest impulse
-        double response = 0.0; ///< velocity that a unit of impulse gives, once factored
+        double response = 0.0; ///< velocity that a unit of impulse gives; of others than springs once factored
         bool is_out = false; ///< it takes no part: its impulse stays what it is
 
         bool is_drive() const { return kind == RowKind::spring || kind == RowKind::motor; }

@@ -1,5 +1,6 @@
 #include "sim/solve/joint_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -63,9 +64,12 @@ double drive_position(const Joint& joint, const Pose& a, const Pose& b, double n
     return angle + turn * std::round((near - angle) / turn);
 }
 
-double spring_energy(const Joint& joint) {
-    const double stretch = joint.spring ? joint.memory.position - joint.spring->rest : 0.0;
-    return joint.spring ? 0.5 * joint.spring->stiffness * stretch * stretch : 0.0;
+double spring_energy(const Joint& joint, double tolerance) {
+    if (!joint.spring) {
+        return 0.0;
+    }
+    const double stretch = std::max(std::abs(joint.memory.position - joint.spring->rest) - tolerance, 0.0);
+    return 0.5 * joint.spring->stiffness * stretch * stretch;
 }
 
 } // namespace sim

@@ -13,6 +13,7 @@ struct JointMemory {
     std::array<double, 7> impulse{}; ///< of its rows [N s], [N m s]
     double owed = 0.0;               ///< see ContactMemory
     double last_interval = 0.0;      ///< [s]
+    double force = 0.0;              ///< [N] of its rows together, a moment [N m] with an arm of 1 m; without answers to impacts
     double position = 0.0;           ///< of the drive, at t0: see drive_position()
     double spring_owed = 0.0;        ///< [N s] or [N m s] of the spring's impulse that acts at the end of the interval
 };
@@ -52,7 +53,7 @@ JointAxes joint_axes(const Joint& joint, const Pose& a, const Pose& b);
 /// it is drawn out [m]. Zero at the start.
 double drive_position(const Joint& joint, const Pose& a, const Pose& b, double near);
 
-/// Energy [J] in the joint's spring at the position it remembers.
-double spring_energy(const Joint& joint);
+/// Energy [J] in the joint's spring at the position it remembers, without what is within the tolerance [m] or [rad].
+double spring_energy(const Joint& joint, double tolerance);
 
 } // namespace sim

@@ -43,6 +43,9 @@ public:
     /// Stores impulses, marks and leftover slip in the pairs' memory.
     void store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity);
 
+    /// Once they are stored: does a speculative impact hit a body?
+    bool is_hit(int body) const { return is_hit_[static_cast<std::size_t>(body)] != 0; }
+
     /// Once they are stored: what kinematic bodies do by the impulses. velocity: kinematic_velocity().
     DriveWork work_by(std::span<const Velocity> velocity) const;
 

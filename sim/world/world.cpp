@@ -126,7 +126,7 @@ void WorldState::begin() {
 double WorldState::energy_in_springs() const {
     double sum = 0.0;
     for (const Joint& joint : joints) {
-        sum += spring_energy(joint);
+        sum += spring_energy(joint, settings.joint_tolerance);
     }
     return sum;
 }
