@@ -82,13 +82,10 @@ public:
             if (lead_.core_gap == none) {
                 find_candidates(best.n, none); // n is the direction itself, within rounding
             }
-            if (pass > 0 && !is_proven_ && !(lead_.core_gap > best.core_gap + slack_)) {
+            if (is_proven_ || (pass > 0 && !(lead_.core_gap > best.core_gap + slack_))) {
                 break;
             }
             best = lead_;
-            if (is_proven_) {
-                return best.core_gap <= enough_;
-            }
         }
         if (top_.core_gap + slack_ >= best.core_gap) {
             best = top_;
@@ -156,8 +153,8 @@ private:
         }
     }
 
-    /// lead_: the best of the directions that the features near n define, of those that may be better than `least` [m]; top_:
-    /// of those whose features are the lowest along it. Where two points of the cores are found that are as far apart as
+    /// lead_: the best of the directions that the features near n define, of those that may be better than `least` [m].
+    /// top_: the best of those whose features are the lowest along it. Where two points of the cores are found that are as far apart as
     /// the cores along their direction, it is the largest gap of all, and the search is at its end: is_proven_.
     void find_candidates(const Vec3& n, double least) {
         look_along(n);
