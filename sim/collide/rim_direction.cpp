@@ -5,6 +5,8 @@
 namespace sim {
 namespace {
 
+using Kind = CoreFeature::Kind;
+
 /// Steps of Newton's method on a pair of features with a rim; the largest one [rad], the one that ends it, and how
 /// far from a rim's axis it starts at least, where s(n) has a kink.
 constexpr int newton_limit = 60;
@@ -103,7 +105,6 @@ Vec3 climbed(const RimPair& pair, Vec3 n, const Vec3& along) {
 } // namespace
 
 Vec3 rim_direction(const CoreFeature& fa, const CoreFeature& fb, const Vec3& near) {
-    using Kind = CoreFeature::Kind;
     RimPair pair{fa.point - fb.point, {Vec3::Zero(), Vec3::Zero()}, {0.0, 0.0}};
     Vec3 along = Vec3::Zero();
     std::size_t i = 0;
