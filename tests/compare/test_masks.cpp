@@ -38,7 +38,7 @@ std::pair<diff::Picture, diff::Picture> random_pair(std::uint32_t seed) {
 
 TEST(masks, more_masked_is_never_more_changed) {
     constexpr int most_masks = 6;
-    int noises = 0;
+    int of_noise = 0;
     for (std::uint32_t seed = 1; seed <= 15; ++seed) {
         const auto [a, b] = random_pair(seed);
         Random random(seed + 1000);
@@ -53,7 +53,7 @@ TEST(masks, more_masked_is_never_more_changed) {
             diff::compare_pictures(settings, memory, frame);
             EXPECT_LE(frame.tier, tier) << "seed " << seed << ", " << count << " masks: " << frame.message;
             tier = frame.tier;
-            noises += count == 0 && tier == Tier::noise;
+            of_noise += count == 0 && tier == Tier::noise;
             for (const diff::Gate& gate : frame.gates) {
                 if (gate.name == diff::name_of(diff::GateId::drift)) {
                     EXPECT_LE(gate.value, drift + 1e-12) << "seed " << seed << ", " << count << " masks";
@@ -64,5 +64,5 @@ TEST(masks, more_masked_is_never_more_changed) {
             settings.mask.boxes.push_back({x, y, 1 + static_cast<int>(120 * random()), 1 + static_cast<int>(80 * random())});
         }
     }
-    EXPECT_GT(noises, 3);
+    EXPECT_GT(of_noise, 3);
 }
