@@ -61,10 +61,10 @@ std::map<std::string, render::Channel> passes_of(const sim::SceneDef& scene, dou
 }
 
 /// Pixels a metre at the plane y = 0, 10 m before the eye; and the pixel that shows a place on it.
-const double scale = 60.0 / std::tan(20.0 * std::numbers::pi / 180.0) / 10.0;
+const double pixels_per_metre = 60.0 / std::tan(20.0 * std::numbers::pi / 180.0) / 10.0;
 std::size_t pixel_at(double x, double z) {
-    const int column = static_cast<int>(std::floor(80.0 + scale * x));
-    const int row = static_cast<int>(std::floor(60.0 - scale * (z - 1.0)));
+    const int column = static_cast<int>(std::floor(80.0 + pixels_per_metre * x));
+    const int row = static_cast<int>(std::floor(60.0 - pixels_per_metre * (z - 1.0)));
     return static_cast<std::size_t>(row) * passes_width + static_cast<std::size_t>(column);
 }
 
@@ -89,7 +89,7 @@ TEST(passes, are_what_geometry_says) {
     // It flies 0.3 m to the right; its front turns to the right by 0.2 rad, 0.1 m at the middle, and away from the eye.
     const double turn = 0.2;
     const double to_x = 0.3 + 0.5 * std::sin(turn);
-    EXPECT_NEAR(value("motion.X", ball), scale * 10.0 * to_x / (10.0 - 0.5 * std::cos(turn)), 0.15);
+    EXPECT_NEAR(value("motion.X", ball), pixels_per_metre * 10.0 * to_x / (10.0 - 0.5 * std::cos(turn)), 0.15);
     EXPECT_NEAR(value("motion.Y", ball), 0.0, 0.05);
     // The box and the cylinder look at the eye; the floor looks up.
     const std::size_t box = pixel_at(-2.0, 0.8);
@@ -112,7 +112,7 @@ TEST(passes, are_what_geometry_says) {
     for (std::size_t k = 0; k < passes_width * 60; ++k) { // above the horizon
         area += k % passes_width > 60 && k % passes_width < 100 ? value("alpha.A", k) : 0.0;
     }
-    const double radius = 10.0 * scale * std::tan(std::asin(0.05));
+    const double radius = 10.0 * pixels_per_metre * std::tan(std::asin(0.05));
     EXPECT_NEAR(area, 0.5 * std::numbers::pi * radius * radius, 0.02 * area);
 }
 
@@ -121,7 +121,7 @@ TEST(passes, motion_follows_the_camera_too) {
     // In 0.1 s the eye and its target move by 0.5 m to the right.
     scene.cameras[0].keys = {{0.0, {0, -10, 1}, {0, 0, 1}}, {0.1, {0.5, -10, 1}, {0.5, 0, 1}}};
     std::map<std::string, render::Channel> found = passes_of(scene, 0.1);
-    EXPECT_NEAR(found["motion.X"].values.at(pixel_at(-2.0, 0.8)), -scale * 10.0 * 0.5 / 9.5, 0.02);
+    EXPECT_NEAR(found["motion.X"].values.at(pixel_at(-2.0, 0.8)), -pixels_per_metre * 10.0 * 0.5 / 9.5, 0.02);
     EXPECT_NEAR(found["motion.X"].values.at(pixel_at(0.0, 4.0)), 0.0, 1e-3); // the sky is far
 }
 

@@ -7,7 +7,7 @@
 namespace reference {
 namespace {
 
-constexpr double step = 2e-5;         // [s] Runge and Kutta's error at 4 rad/s: 1e-20 a step
+constexpr double longest_step = 2e-5;         // [s] Runge and Kutta's error at 4 rad/s: 1e-20 a step
 constexpr double touching_gap = 1e-14;    // [m]
 constexpr double approaching = 1e-10; // [m/s] less is rounding
 constexpr int bisections = 60;
@@ -88,7 +88,7 @@ double cradle_gap(const Cradle& cradle, const CradleState& state, int i) {
 void integrate_cradle(const Cradle& cradle, CradleState& state, double duration) {
     collide(cradle, state);
     for (double t = 0.0; t < duration;) {
-        double h = std::min(step, duration - t);
+        double h = std::min(longest_step, duration - t);
         CradleState next = moved(cradle, state, h);
         if (any_passed(cradle, next)) {
             double early = 0.0;
