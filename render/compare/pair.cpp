@@ -272,8 +272,9 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
         }
         return;
     }
-    const bool is_whole_a = has_a && decode_side({memory.file_a, *paths.reference, memory.a}, settings.accepted, memory.reader, frame);
-    const bool is_whole_b = has_b && decode_side({memory.file_b, *paths.candidate, memory.b}, settings.accepted, memory.reader, frame);
+    const auto decode = [&](const Side& side) { return decode_side(side, settings.accepted, memory.reader, frame); };
+    const bool is_whole_a = has_a && decode({memory.file_a, *paths.reference, memory.a});
+    const bool is_whole_b = has_b && decode({memory.file_b, *paths.candidate, memory.b});
     if (settings.takes_thumbnails) {
         memory.thumbnail_a = is_whole_a ? std::optional(thumbnail_of(memory.a)) : std::nullopt;
         memory.thumbnail_b = is_whole_b ? std::optional(thumbnail_of(memory.b)) : std::nullopt;

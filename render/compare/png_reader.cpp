@@ -96,7 +96,8 @@ std::vector<TextLine> parse_texts(ByteSpan content) {
         bool is_good = true;
         for (int* number : {&line.x, &line.y, &line.width, &line.height}) {
             const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), *number);
-            is_good = is_good && error == std::errc() && *number > -farthest && *number < farthest && next != text.data() + text.size() && *next == ' ';
+            is_good = is_good && error == std::errc() && *number > -farthest && *number < farthest &&
+                      next != text.data() + text.size() && *next == ' ';
             text.remove_prefix(is_good ? static_cast<std::size_t>(next - text.data()) + 1 : 0);
         }
         if (is_good) {

@@ -69,7 +69,8 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> data) {
     return packed;
 }
 
-/// International textual data (PNG specification, sec. 11.3.4.5): a line of text each, "X Y WIDTH HEIGHT TEXT".
+/// International textual data (PNG specification, sec. 11.3.4.5): a line of text each, "X Y WIDTH HEIGHT TEXT";
+/// render/compare/png_reader.cpp reads it.
 void append_texts(std::vector<std::uint8_t>& file, std::span<const TextLine> texts) {
     std::string content("tumble:texts\0\0\0\0\0", 17); // keyword, not compressed, no language, not translated
     for (const TextLine& line : texts) {

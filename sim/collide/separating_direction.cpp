@@ -5,7 +5,6 @@
 #include "sim/model/polytope.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -154,8 +153,8 @@ private:
     }
 
     /// lead_: the best of the directions that the features near n define, of those that may be better than `least` [m].
-    /// top_: the best of those whose features are the lowest along it. Where two points of the cores are found that are as far apart as
-    /// the cores along their direction, it is the largest gap of all, and the search is at its end: is_proven_.
+    /// top_: the best of those whose features are the lowest along it. Where two points of the cores are found that are as far
+    /// apart as the cores along their direction, it is the largest gap of all, and the search is at its end: is_proven_.
     void find_candidates(const Vec3& n, double least) {
         look_along(n);
         top_ = lead_ = {};

@@ -40,7 +40,7 @@ JointSolver& JointSolver::operator=(JointSolver&&) noexcept = default;
 
 void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
     rows_.clear();
-    has_drives_ = has_motors_ = has_springs_ = false;
+    has_motors_ = has_springs_ = false;
     for (std::size_t i = 0; i < joints.size(); ++i) {
         add_rows(bodies, joints[i], static_cast<int>(i));
     }
@@ -97,7 +97,6 @@ void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index) 
         row.before = kind == RowKind::spring ? joint.memory.spring_owed : 0.0;
         row.response = (row.inverse_mass_a + row.inverse_mass_b) * row.axis.squaredNorm() + row.arm_a.dot(row.turn_a) +
                        row.arm_b.dot(row.turn_b);
-        has_drives_ = true;
         has_motors_ = has_motors_ || kind == RowKind::motor;
         has_springs_ = has_springs_ || kind == RowKind::spring;
     }
@@ -113,7 +112,7 @@ void JointSolver::factorise() {
     f.entries.clear();
     const auto count = static_cast<int>(rows_.size());
     for (int i = 0; i < count; ++i) {
-        Row& x = rows_[static_cast<std::size_t>(i)];
+        const Row& x = rows_[static_cast<std::size_t>(i)];
         for (int j = 0; j <= i; ++j) {
             const Row& y = rows_[static_cast<std::size_t>(j)];
             double k = 0.0;
@@ -130,7 +129,6 @@ void JointSolver::factorise() {
             add_body(x.b, x.inverse_mass_b, x.arm_b, -1.0, y.a, y.turn_a, 1.0);
             add_body(x.b, x.inverse_mass_b, x.arm_b, -1.0, y.b, y.turn_b, -1.0);
             if (i == j) {
-                x.response = k;
                 k = x.is_out ? 1.0 : (1.0 + regularisation) * k + x.softness;
             } else if (x.is_out || y.is_out) {
                 k = 0.0;
@@ -166,7 +164,7 @@ void JointSolver::take_out_drives(bool is_out) {
     for (Row& row : rows_) {
         row.is_out = row.is_drive() && is_out;
     }
-    is_factored_ = is_factored_ && !has_drives_;
+    is_factored_ = is_factored_ && !has_motors_ && !has_springs_;
 }
 
 void JointSolver::target_rest() {

@@ -99,7 +99,7 @@ private:
         double late = 0.0;     ///< of a spring: 0: mean of both ends, 1: the force at the end of the interval [-]
         double softness = 0.0; ///< of a spring: velocity that a unit of impulse does without [m/s] or [rad/s]
         double most = std::numeric_limits<double>::infinity(); ///< of a motor: its largest impulse
-        double response = 0.0; ///< velocity that a unit of impulse gives; of others than springs once factored
+        double response = 0.0; ///< of springs and motors: velocity that a unit of impulse gives
         bool is_out = false; ///< it takes no part: its impulse stays what it is
 
         bool is_drive() const { return kind == RowKind::spring || kind == RowKind::motor; }
@@ -123,7 +123,6 @@ private:
     std::vector<Velocity> mode_; ///< [body_count] of fastest_rate()
     std::unique_ptr<Factor> factor_;
     bool is_factored_ = false;
-    bool has_drives_ = false;
     bool has_motors_ = false;
     bool has_springs_ = false;
 };

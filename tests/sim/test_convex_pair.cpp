@@ -341,7 +341,8 @@ TEST(convex_pair, what_lies_on_a_wide_plate_is_found_on_its_near_side) {
     for (int k = 0; k < 400; ++k) {
         const double r = 0.8 + 0.001 * ((7919 * k) % 200);
         const Quat lying(Eigen::AngleAxisd(0.5 * std::numbers::pi + 1e-3 * std::sin(k), Vec3::UnitX()));
-        const Pose pose{Vec3(r * std::cos(2.4 * k), r * std::sin(2.4 * k), 0.2103), Quat(Eigen::AngleAxisd(1.7 * k, Vec3::UnitZ())) * lying};
+        const Pose pose{Vec3(r * std::cos(2.4 * k), r * std::sin(2.4 * k), 0.2103),
+                        Quat(Eigen::AngleAxisd(1.7 * k, Vec3::UnitZ())) * lying};
         std::vector<Contact> contacts;
         find_contacts({plate, Pose{}}, {Capsule{0.09, 0.11}, pose}, 1e-3, contacts);
         ASSERT_FALSE(contacts.empty());
