@@ -67,6 +67,7 @@ private:
     void add_block(const Blocks& loop, int block, double compliance, std::span<const Velocity> velocity);
     void add_normal_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
+    void find_places(const Blocks& loop, const Island& island);
     void assemble(const Blocks& loop, std::span<const BodyRows> rows, const Island& island);
     void refine(const Blocks& loop, const Island& island);
     void give_back(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const;
@@ -76,7 +77,7 @@ private:
     std::vector<int> place_; ///< [body_count] of a body of the island among its unknowns; else -1
     std::vector<Eigen::Triplet<double>> entries_;
     Eigen::SparseMatrix<double> matrix_;
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors_;
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>> factors_;
     Eigen::VectorXd change_; ///< of the velocities
 };
 

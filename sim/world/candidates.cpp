@@ -6,9 +6,10 @@
 namespace sim {
 namespace {
 
-/// Pairs are searched for as far as bodies get in this many steps at their present speed, and this share [-] of
-/// their size: the search then serves several steps.
+/// Pairs are searched for as far as bodies get in this many steps at their present speed, at most this share [-] of their
+/// size beyond the first of them, and another share of it: the search then serves several steps.
 constexpr double search_steps = 10.0;
+constexpr double largest_search_share = 0.25;
 constexpr double search_share = 0.01;
 
 /// A body whose box was made for so many times [-] its present reach is searched for again, too.
@@ -157,8 +158,8 @@ bool Candidates::have_many_escaped() const {
 
 /// How far body i may move before its pairs are searched for again [m].
 double Candidates::search_reach(std::size_t i) const {
-    return search_steps * reach_[i] +
-           (bodies_.props[i].is_fixed() ? 0.0 : search_share * bodies_.props[i].bounding_radius);
+    const double size = bodies_.props[i].is_fixed() ? 0.0 : bodies_.props[i].bounding_radius;
+    return reach_[i] + std::min((search_steps - 1.0) * reach_[i], largest_search_share * size) + search_share * size;
 }
 
 /// Where body i may get to until then: a box in the frame of the search.

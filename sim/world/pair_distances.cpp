@@ -3,6 +3,7 @@
 #include "sim/collide/narrow_phase.h"
 
 #include <algorithm>
+#include <array>
 #include <variant>
 
 namespace sim {
@@ -13,6 +14,8 @@ namespace {
 constexpr double recheck_share = 0.02;
 
 constexpr double is_far = -1.0; ///< for a margin
+
+constexpr std::size_t axes_at_once = 256; ///< pairs: a multiple of the lanes
 
 } // namespace
 
@@ -58,17 +61,21 @@ bool PairDistances::has_moved(const Candidate& candidate) const {
 
 /// Separating axes of the pairs of boxes among these candidates that have moved.
 void PairDistances::update_axes(std::span<const Candidate> candidates) {
-    std::vector<int> a;
-    std::vector<int> b;
-    std::vector<int> result;
+    std::array<int, axes_at_once> a;
+    std::array<int, axes_at_once> b;
+    std::array<int, axes_at_once> result;
+    std::size_t count = 0;
     for (const Candidate& candidate : candidates) {
         if (are_boxes(candidate.bodies) && has_moved(candidate)) {
-            a.push_back(candidate.bodies.a);
-            b.push_back(candidate.bodies.b);
-            result.push_back(static_cast<int>(candidate.slot));
+            a[count] = candidate.bodies.a;
+            b[count] = candidate.bodies.b;
+            result[count++] = static_cast<int>(candidate.slot);
+        }
+        if (count == axes_at_once || &candidate == &candidates.back()) {
+            find_axes({box_rows_.data(), a.data(), b.data(), result.data(), count, axes_.data()});
+            count = 0;
         }
     }
-    find_axes({box_rows_.data(), a.data(), b.data(), result.data(), a.size(), axes_.data()});
 }
 
 /// A lower bound of the distance of two bodies, no boxes, at these poses, by what the last look found [m].
