@@ -1,8 +1,8 @@
 #include "render/study/engine.h"
 
-#include "sim/scene/model.h"
-
 #include "render/study/preset.h"
+#include "sim/scene/model.h"
+#include "sim/scene/study.h"
 #include "sim/world/world.h"
 
 #include <fmt/format.h>
@@ -16,6 +16,7 @@ namespace {
 using sim::Rational;
 
 const std::vector<Rational> all_factors{{8, 1}, {4, 1}, {2, 1}, {1, 2}, {1, 4}};
+const std::vector<Rational> statistical_factors{{8, 1}, {4, 1}, {2, 1}}; // finer ones are within the spread
 const std::vector<Rational> few_factors{{4, 1}, {2, 1}, {1, 1}, {1, 2}};
 
 /// Both tolerances together: one alone would leave the other to end the iteration.
@@ -56,10 +57,11 @@ Knob presets(const sim::SceneDef& scene) {
 std::vector<Knob> our_knobs(const sim::SceneDef& scene) {
     const sim::StepSettings& step = scene.step;
     const auto toggled = [](const char* key, bool value) { return fmt::format("simulation.{}={}", key, !value); };
+    const bool is_statistical = !sim::study_of(scene).seed_key.empty();
     const bool stops = sim::impact_handling(scene) == sim::ImpactHandling::stop;
     return {
         presets(scene),
-        {"time step", time_steps(scene, all_factors), true},
+        {"time step", time_steps(scene, is_statistical ? statistical_factors : all_factors), true},
         tolerances(scene),
         iteration_limits(scene),
         {step.warm_start ? "no warm start" : "warm start",

@@ -33,11 +33,13 @@ struct Engine {
 struct PeerSettings {
     int iterations = 10;       ///< sweeps of the solver
     bool warm_start = true;    ///< Bullet: start from the last impulses
+    /// Bullet [m]: deeper overlaps are pushed apart without momentum (split impulses); infinite: none is.
+    double split_depth = 0.04;
     bool solves_exactly = false; ///< ODE: the direct solver (dWorldStep) instead of sweeps
 };
 
 Engine make_ours(const sim::SceneDef& scene);
-/// Both throw sim::Error (usage) for a shape or a mass that the engine has no like of.
+/// Both throw sim::Error (usage) for a shape, a mass, a joint or a motion that the engine is not given here.
 Engine make_bullet(const sim::SceneDef& scene, const PeerSettings& settings);
 Engine make_ode(const sim::SceneDef& scene, const PeerSettings& settings);
 
@@ -48,5 +50,8 @@ struct Surface {
     double friction = 0.0;
 };
 Surface surface_of(const sim::MaterialDef& a, const sim::MaterialDef& b);
+
+/// Throws sim::Error (usage) for bodies that keys move, and for joints other than free hinges and balls.
+void check_peer_can(const sim::SceneDef& scene);
 
 } // namespace bench

@@ -8,6 +8,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 namespace bench {
@@ -168,12 +169,15 @@ std::vector<sim::BodySnapshot> bodies_of(const BulletWorld& bullet) {
 } // namespace
 
 Engine make_bullet(const sim::SceneDef& scene, const PeerSettings& settings) {
+    check_peer_can(scene);
     const auto bullet = std::make_shared<BulletWorld>();
     bullet->scene = scene;
     gContactAddedCallback = set_surface;
     bullet->world.setGravity(to_bullet(scene.step.gravity));
     btContactSolverInfo& info = bullet->world.getSolverInfo();
     info.m_numIterations = settings.iterations;
+    info.m_splitImpulse = std::isfinite(settings.split_depth) ? 1 : 0;
+    info.m_splitImpulsePenetrationThreshold = static_cast<btScalar>(-settings.split_depth);
     if (!settings.warm_start) {
         info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
     }

@@ -217,6 +217,7 @@ Engine make_ode(const sim::SceneDef& scene, const PeerSettings& settings) {
         throw sim::Error(sim::ExitCode::usage,
                          "ODE's direct solver is not given scenes of more than " + std::to_string(most_exact) + " bodies");
     }
+    check_peer_can(scene);
     const auto ode = std::make_shared<OdeWorld>();
     ode->scene = scene;
     fill(*ode, settings);

@@ -1,5 +1,6 @@
 #include "tests/bench/engine.h"
 
+#include "sim/base/error.h"
 #include "sim/world/world.h"
 
 #include <fmt/format.h>
@@ -14,6 +15,22 @@ Surface surface_of(const sim::MaterialDef& a, const sim::MaterialDef& b) {
         return x && y ? std::sqrt(*x * *y) : x.value_or(y.value_or(0.0));
     };
     return {mean(a.restitution, b.restitution), mean(a.mu_d, b.mu_d)};
+}
+
+void check_peer_can(const sim::SceneDef& scene) {
+    const auto refuse = [](const char* what, const std::string& name) {
+        throw sim::Error(sim::ExitCode::usage, fmt::format("the peers are not given {}: '{}'", what, name));
+    };
+    for (const sim::BodyDef& body : scene.bodies) {
+        if (body.is_kinematic()) {
+            refuse("bodies that keys move", body.name);
+        }
+    }
+    for (const sim::JointDef& joint : scene.joints) {
+        if (joint.kind == sim::JointKind::slider || joint.spring || joint.motor) {
+            refuse("sliders, springs and motors", joint.name);
+        }
+    }
 }
 
 Engine make_ours(const sim::SceneDef& scene) {
