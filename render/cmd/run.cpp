@@ -11,7 +11,7 @@
 #include "render/gl/context.h"
 #include "render/gl/shader.h"
 #include "render/study/law.h"
-#include "render/study/preset.h"
+#include "render/study/promise.h"
 #include "sim/base/error.h"
 #include "sim/scene/study.h"
 
@@ -21,7 +21,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <set>
 #include <utility>
@@ -39,43 +38,25 @@ using Clock = std::chrono::steady_clock;
 /// What the preset of a run promised and what was reached.
 sim::PresetResult preset_result(const sim::SceneDef& scene, const Simulation& simulation,
                                 const Options& options) {
-    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     const auto preset = study::find_preset(simulation_preset(options));
     if (!preset) {
         return {};
     }
-    const auto index = static_cast<std::size_t>(*preset);
-    sim::PresetResult result{study::preset_names[index], unknown, unknown, unknown, unknown};
-    const sim::StudyDef def = sim::study_of(scene);
-    if (!def.promises.empty()) {
-        result.error = def.promises[index].x();
-        result.cost = def.promises[index].y();
-    }
-    const double time = simulation.summary().simulated_time;
-    if (time > 0.0) {
-        result.cost_reached = simulation.processor_time() / time;
+    study::Reached reached;
+    const sim::Summary summary = simulation.summary();
+    reached.overlap = summary.totals.max_penetration;
+    if (summary.simulated_time > 0.0) {
+        reached.cost = simulation.processor_time() / summary.simulated_time;
     }
     if (!simulation.law_states().empty()) {
         std::vector<double> times;
         for (const sim::Snapshot& state : simulation.law_states()) {
             times.push_back(state.time);
         }
-        const study::Motion truth = study::law_motion(scene, def.law, times);
-        result.error_reached = study::difference(scene, {simulation.law_states()}, truth).rms;
+        const study::Motion truth = study::law_motion(scene, sim::study_of(scene).law, times);
+        reached.error = study::difference(scene, {simulation.law_states()}, truth);
     }
-    return result;
-}
-
-std::string preset_line(const sim::SceneDef& scene, const sim::Summary& summary) {
-    const auto figure = [](double value) {
-        return std::isfinite(value) ? fmt::format("{:.2g}", value) : "-";
-    };
-    const sim::PresetResult& result = summary.preset;
-    return fmt::format(
-        "{}: preset {}: error {} (promised {}), {} s a simulated second ({}), overlap {} m ({})\n",
-        scene.name, result.preset, figure(result.error_reached), figure(result.error),
-        figure(result.cost_reached), figure(result.cost), figure(summary.totals.max_penetration),
-        figure(scene.step.tolerance));
+    return {study::preset_names[static_cast<std::size_t>(*preset)], study::promises_of(scene, *preset, reached)};
 }
 
 void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool has_pictures,
@@ -101,7 +82,8 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
                         summary.end.kinetic_energy + summary.end.potential_energy, summary.state_hash,
                         folder.string());
     if (!summary.preset.preset.empty()) {
-        line += preset_line(scene, summary);
+        line += fmt::format("{}: preset {}: {}\n", scene.name, summary.preset.preset,
+                            study::promises_text(summary.preset.promises));
     }
     if (summary.accuracy.asked > 0.0) {
         line += fmt::format("{}: {}\n", scene.name, accuracy_text(summary.accuracy, totals));

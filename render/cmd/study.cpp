@@ -8,6 +8,7 @@
 #include "render/cmd/usage.h"
 #include "render/cmd/workplace.h"
 #include "render/study/law.h"
+#include "render/study/promise.h"
 #include "render/study/table.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
@@ -242,6 +243,10 @@ void print_front(const study::Plan& plan, const study::Table& table, const fs::p
                        .c_str(),
                    stdout);
     }
+    for (const auto& [preset, promises] : study::preset_promises(plan, table)) {
+        std::printf("  preset %s: %s\n", study::preset_names[static_cast<std::size_t>(preset)],
+                    study::promises_text(promises).c_str());
+    }
     if (table.noise > 0.0) {
         std::printf("  errors below %.2g are within the spread of a mean over %d seeds\n", table.noise, plan.seeds);
     }
@@ -249,7 +254,7 @@ void print_front(const study::Plan& plan, const study::Table& table, const fs::p
 
 /// Files that a study writes, relative to its folder.
 std::vector<std::string> study_names(const study::Plan& plan) {
-    std::vector<std::string> names{"study.csv",      "statistics.csv", "index.html",     "film/film.mp4",
+    std::vector<std::string> names{"study.csv",   "promises.csv", "statistics.csv", "index.html",     "film/film.mp4",
                                    "diagram.svg", "diagram.png",    "statistics.svg", "statistics.png"};
     for (const std::vector<study::Task>* tasks : {&plan.tasks, &plan.references}) {
         for (const study::Task& task : *tasks) {
@@ -359,6 +364,7 @@ void study_scene(const StudyOptions& options, std::span<const study::EngineKind>
                                                              table.rows.front().message));
     }
     sim::write_file(study.folder / "study.csv", study::table_csv(study.plan, table));
+    sim::write_file(study.folder / "promises.csv", study::promises_csv(study.plan, table));
     if (study.plan.is_statistical()) {
         sim::write_file(study.folder / "statistics.csv",
                         study::statistics_csv(study.plan, engines, study.points, study.reference_points));

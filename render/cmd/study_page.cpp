@@ -1,10 +1,12 @@
 #include "render/cmd/study_page.h"
 
 #include "render/compare/page.h"
+#include "render/study/promise.h"
 #include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdint>
 
 namespace cmd {
@@ -45,7 +47,7 @@ std::string cell(const std::string& text) {
 }
 
 std::string number(double value) {
-    return fmt::format("<td class=\"number\">{:.3g}</td>", value);
+    return std::isnan(value) ? "<td class=\"number\">-</td>" : fmt::format("<td class=\"number\">{:.3g}</td>", value);
 }
 
 std::string row_html(const study::Plan& plan, const study::Row& row) {
@@ -62,6 +64,20 @@ std::string row_html(const study::Plan& plan, const study::Row& row) {
         html += number(value);
     }
     return html + "</tr>\n";
+}
+
+/// A row a preset and promise: promised beside reached.
+std::string promises_html(const study::Plan& plan, const study::Table& table) {
+    std::string html;
+    for (const auto& [preset, promises] : study::preset_promises(plan, table)) {
+        for (const sim::Promise& promise : promises) {
+            html += "<tr>" + cell(study::preset_names[static_cast<std::size_t>(preset)]);
+            html += cell(fmt::format("{}{}", promise.what, *promise.unit != '\0' ? fmt::format(" [{}]", promise.unit) : ""));
+            html += number(promise.promised) + number(promise.reached);
+            html += cell(study::is_kept(promise) ? "" : "missed") + "</tr>\n";
+        }
+    }
+    return html;
 }
 
 std::string film_html(const fs::path& film) {
@@ -97,6 +113,7 @@ void write_study_page(const study::Plan& plan, const study::Table& table, const 
          {"film", film_html(folder / "film" / "film.mp4")},
          {"error_unit", plan.is_statistical() ? "-" : "m"},
          {"fourth", plan.is_statistical() ? "agrees until [s]" : "largest [m]"},
+         {"promises", promises_html(plan, table)},
          {"rows", rows},
          {"program", "tumble " TUMBLE_VERSION}});
     sim::write_file(folder / "index.html", page);

@@ -39,6 +39,10 @@ Difference difference(const sim::SceneDef& scene, const Motion& motion, const Mo
     std::size_t count = 0;
     bool agrees = true;
     const double scale = energy_scale(scene, reference);
+    std::vector<double> energies;
+    for (const sim::Snapshot& state : reference.states) {
+        energies.push_back(energy_of(scene, state));
+    }
     for (std::size_t k = 0; k < motion.states.size(); ++k) {
         const sim::Snapshot& now = motion.states[k];
         for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -53,8 +57,13 @@ Difference difference(const sim::SceneDef& scene, const Motion& motion, const Mo
             ++count;
         }
         found.agree_until = agrees ? now.time : found.agree_until;
-        const double energy = energy_of(scene, now) - energy_of(scene, reference.states[k]);
-        found.energy = std::max(found.energy, std::abs(energy) / scale);
+        const double energy = energy_of(scene, now);
+        double nearest = std::abs(energy - energies[k]);
+        found.energy = std::max(found.energy, nearest / scale);
+        for (std::size_t j = k - std::min<std::size_t>(k, 1); j < std::min(k + 2, energies.size()); ++j) {
+            nearest = std::min(nearest, std::abs(energy - energies[j]));
+        }
+        found.heights = std::max(found.heights, nearest / scale);
     }
     found.rms = std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, count)));
     return found;

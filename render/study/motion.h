@@ -22,6 +22,9 @@ struct Difference {
     double largest = 0.0;     ///< [m]
     double agree_until = 0.0; ///< [s] the last instant at which every body is within agreement of the other
     double energy = 0.0;      ///< [-] largest difference of the energy, relative to energy_scale
+    /// [-] the same from the nearest of the reference's energies at that instant and the two beside it: an impact a little
+    /// early is no difference, a bounce of another height is.
+    double heights = 0.0;
 };
 
 /// Bodies agree while none is displaced by more than this share of its size [-].

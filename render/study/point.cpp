@@ -75,7 +75,8 @@ nlohmann::json error_json(const Difference& error) {
     return {{"rms_m", error.rms},
             {"largest_m", error.largest},
             {"agree_until_s", error.agree_until},
-            {"energy", error.energy}};
+            {"energy", error.energy},
+            {"heights", error.heights}};
 }
 
 } // namespace
@@ -140,7 +141,7 @@ std::optional<Point> point_from_json(const std::string& text, const std::string&
         point.collisions = json.at("collisions");
         point.at_limit = json.at("at_limit");
         const nlohmann::json& error = json.at("error");
-        point.error = {error.at("rms_m"), error.at("largest_m"), error.at("agree_until_s"), error.at("energy")};
+        point.error = {error.at("rms_m"), error.at("largest_m"), error.at("agree_until_s"), error.at("energy"), error.at("heights")};
         point.series = json.at("series").get<std::vector<std::vector<double>>>();
         return point;
     } catch (const nlohmann::json::exception&) {

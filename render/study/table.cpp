@@ -85,6 +85,7 @@ Row row_of(const Plan& plan, std::span<const EngineKind> engines, std::span<cons
         row.largest = std::max(row.largest, point.error.largest);
         row.overlap = std::max(row.overlap, point.overlap);
         row.energy = std::max(row.energy, point.error.energy);
+        row.heights = std::max(row.heights, point.error.heights);
         row.agree_until = std::min(row.agree_until, point.error.agree_until);
     }
     row.error = std::sqrt(square);

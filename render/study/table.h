@@ -20,6 +20,7 @@ struct Row {
     double agree_until = 0.0; ///< [s] least over the seeds
     double overlap = 0.0;     ///< [m]
     double energy = 0.0;      ///< [-]
+    double heights = 0.0;     ///< [-] as in Difference
     double iterations = 0.0, contacts = 0.0, collisions = 0.0; ///< a step
     double at_limit = 0.0;    ///< [-] share of the steps
     std::array<double, statistics_count> statistics{}; ///< [-] error of each, where it is statistical

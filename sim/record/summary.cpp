@@ -64,16 +64,13 @@ Json mechanics_json(const Mechanics& m) {
             {"angular_momentum_N_m_s", to_json(m.angular_momentum)}};
 }
 
-/// Overlap is promised to stay within the tolerance.
-Json preset_json(const SceneDef& scene, const Summary& summary) {
-    const PresetResult& result = summary.preset;
-    return {{"name", result.preset},
-            {"promised",
-             {{"error", result.error}, {"cost_s_per_s", result.cost}, {"overlap_m", scene.step.tolerance}}},
-            {"reached",
-             {{"error", result.error_reached},
-              {"cost_s_per_s", result.cost_reached},
-              {"overlap_m", summary.totals.max_penetration}}}};
+Json preset_json(const PresetResult& result) {
+    Json promised, reached;
+    for (const Promise& promise : result.promises) {
+        promised[promise.key] = promise.promised;
+        reached[promise.key] = promise.reached;
+    }
+    return {{"name", result.preset}, {"promised", promised}, {"reached", reached}};
 }
 
 Json accuracy_json(const AccuracyResult& result) {
@@ -174,7 +171,7 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
                  {"state_hash", fmt::format("{:016x}", summary.state_hash)}};
     set_pictures(json, summary);
     if (!summary.preset.preset.empty()) {
-        json["preset"] = preset_json(scene, summary);
+        json["preset"] = preset_json(summary.preset);
     }
     if (summary.accuracy.asked > 0.0) {
         json["accuracy"] = accuracy_json(summary.accuracy);

@@ -36,13 +36,18 @@ struct StepTotals {
     void add(const StepReport& report, double tolerance);
 };
 
-/// What a preset promises and what a run with it reached. Errors as in a study of the scene; NaN: not known.
+/// One thing that a preset promises of a scene, and what was reached; NaN: not known.
+struct Promise {
+    const char* key;  ///< in summary.json: overlap_m
+    const char* what; ///< to a reader: overlap
+    const char* unit; ///< m
+    double promised;  ///< at most
+    double reached;
+};
+
 struct PresetResult {
-    std::string preset;       ///< empty: the run was asked for none
-    double error = 0.0;
-    double cost = 0.0;        ///< [s] processor time for a simulated second
-    double error_reached = 0.0; ///< at the end, of a scene that names a law
-    double cost_reached = 0.0;
+    std::string preset; ///< empty: the run was asked for none
+    std::vector<Promise> promises{};
 };
 
 /// What a run that was asked for an accuracy found.

@@ -23,6 +23,7 @@ TEST_F(Study, writes_table_diagram_film_and_page) {
     const std::string page = bytes("results/block/index.html");
     EXPECT_NE(page.find("data:video/mp4;base64,AAAA"), std::string::npos);
     EXPECT_NE(page.find("10 sweeps"), std::string::npos);
+    EXPECT_NE(page.find("<td>standard</td><td>overlap [m]</td>"), std::string::npos) << page;
     EXPECT_EQ(page.find("{{"), std::string::npos);
     EXPECT_NE(page.find("<svg"), std::string::npos);
     EXPECT_NE(bytes("results/block/diagram.svg").find(">tumble: iteration limit</text>"), std::string::npos);

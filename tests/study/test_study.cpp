@@ -1,6 +1,6 @@
 /// Plans, points and tables of studies of the scenes of the laws.
 #include "render/study/law.h"
-#include "render/study/preset.h"
+#include "render/study/promise.h"
 #include "render/study/table.h"
 #include "sim/base/error.h"
 #include "sim/scene/file.h"
@@ -46,6 +46,45 @@ TEST(study, the_scenes_of_the_laws_follow_them) {
     }
     const Point ball = base_point(plan_of("bouncing_ball", {"tolerance"}, {"simulation.impacts=\"stop\""}));
     EXPECT_LT(ball.error.largest, 1e-6);
+}
+
+TEST(study, presets_keep_what_they_promise_of_towers_and_bounces) {
+    const std::array engines{our_engine()};
+    for (const auto& [name, key] : {std::pair("tower", "moved_m"), std::pair("bouncing_ball", "bounce_heights")}) {
+        const Plan plan = plan_of(name, {"preset"});
+        const Motion truth = law_motion(plan.scene, plan.def.law, plan.times());
+        std::vector<Point> points;
+        for (const Task& task : plan.tasks) {
+            Motion motion;
+            std::atomic<std::int64_t> steps = 0;
+            points.push_back(run_task({plan, task, engines[0], steps}, &truth, motion));
+        }
+        const auto presets = preset_promises(plan, make_table(plan, engines, points, {}));
+        ASSERT_EQ(presets.size(), preset_names.size());
+        for (std::size_t i = 0; i < presets.size(); ++i) {
+            EXPECT_EQ(presets[i].first, static_cast<Preset>(i));
+            ASSERT_EQ(presets[i].second.size(), 4u);
+            EXPECT_STREQ(presets[i].second.back().key, key);
+            for (const sim::Promise& promise : presets[i].second) {
+                EXPECT_GE(promise.reached, 0.0);
+                EXPECT_TRUE(is_kept(promise)) << name << " " << preset_names[i] << ": " << promises_text({promise});
+            }
+        }
+    }
+}
+
+TEST(study, a_bounce_of_another_height_is_a_difference_and_a_later_one_is_none) {
+    const sim::SceneDef ball = sim::load_scene(law_file("bouncing_ball"));
+    sim::SceneDef lively = ball;
+    lively.bodies.at(1).material.restitution = 0.9; // e^2 from 0.64 to 0.72, of a first fall of 1 m
+    std::vector<double> times, later;
+    for (int k = 0; k < 100; ++k) { // up to the second bounce
+        times.push_back(0.01 * k);
+        later.push_back(0.01 * k + 1e-3);
+    }
+    const Motion truth = law_motion(ball, sim::Law::bouncing_ball, times);
+    EXPECT_LT(difference(ball, law_motion(ball, sim::Law::bouncing_ball, later), truth).heights, 1e-12);
+    EXPECT_NEAR(difference(ball, law_motion(lively, sim::Law::bouncing_ball, times), truth).heights, 0.08, 0.001);
 }
 
 TEST(study, every_scene_takes_every_preset_and_every_time_step) {
@@ -114,7 +153,7 @@ TEST(study, points_survive_their_file_and_a_changed_key_does_not) {
     point.status = Status::too_dear;
     point.message = "not \"done\"";
     point.cpu = 0.1;
-    point.error = {1e-17, 2, 3, 4};
+    point.error = {1e-17, 2, 3, 4, 5};
     point.at_limit = 7;
     point.series = {{1, 2, 3, 4}};
     const std::string text = point_to_json(point, "key");
