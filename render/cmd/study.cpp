@@ -254,8 +254,8 @@ void print_front(const study::Plan& plan, const study::Table& table, const fs::p
 
 /// Files that a study writes, relative to its folder.
 std::vector<std::string> study_names(const study::Plan& plan) {
-    std::vector<std::string> names{"study.csv",   "promises.csv", "statistics.csv", "index.html",     "film/film.mp4",
-                                   "diagram.svg", "diagram.png",    "statistics.svg", "statistics.png"};
+    std::vector<std::string> names{"study.csv",  "promises.csv", "statistics.csv", "index.html",    "film/film.mp4",
+                                   "diagram.svg", "diagram.png", "statistics.svg", "statistics.png"};
     for (const std::vector<study::Task>* tasks : {&plan.tasks, &plan.references}) {
         for (const study::Task& task : *tasks) {
             names.push_back("points/" + task.name + ".json");
@@ -336,21 +336,27 @@ bool compute_elsewhere(const Study& study) {
                         .progress = options.is_quiet ? ProgressStyle::quiet : ProgressStyle::text});
 }
 
-void study_scene(const StudyOptions& options, std::span<const study::EngineKind> engines, const std::string& scene) {
+fs::path study_folder(const StudyOptions& options) {
+    return options.out.empty() ? "out/study" : options.out;
+}
+
+/// What its engines reach; none if others finish the study.
+std::optional<render::Chart> study_scene(const StudyOptions& options, std::span<const study::EngineKind> engines,
+                                         const std::string& scene) {
     study::Request request = options.request;
     request.scene = scene;
     if (!options.duration.empty()) {
         request.overrides.push_back("output.duration=\"" + options.duration + "\"");
     }
     Study study{.options = options, .engines = engines, .plan = study::make_plan(request, engines), .request = request};
-    study.folder = fs::path(options.out.empty() ? "out/study" : options.out) / study.plan.scene.name;
+    study.folder = study_folder(options) / study.plan.scene.name;
     study.program = sim::sha256_of_file("/proc/self/exe");
     if (!options.part.empty()) {
         study_part(study, options.part);
-        return;
+        return std::nullopt;
     }
     if (is_elsewhere(options.placement) && !compute_elsewhere(study)) {
-        return;
+        return std::nullopt;
     }
     const Workplace workplace(study.folder, study_names(study.plan));
     make_folder(study.folder / "points");
@@ -384,6 +390,7 @@ void study_scene(const StudyOptions& options, std::span<const study::EngineKind>
     if (!options.is_quiet) {
         print_front(study.plan, table, study.folder);
     }
+    return study_fronts(study.plan, table);
 }
 
 } // namespace
@@ -416,8 +423,16 @@ void add_study_options(CLI::App& verb, StudyOptions& options) {
 }
 
 void study_scenes(const StudyOptions& options, std::span<const study::EngineKind> engines) {
+    render::Figure fronts{.width = 1240, .height = 0, .columns = 2, .charts = {}};
     for (const std::string& scene : options.scenes) {
-        study_scene(options, engines, scene);
+        if (const std::optional<render::Chart> chart = study_scene(options, engines, scene)) {
+            fronts.charts.push_back(*chart);
+        }
+    }
+    if (fronts.charts.size() > 1) {
+        constexpr int row_height = 380; // [px]
+        fronts.height = row_height * static_cast<int>((fronts.charts.size() + 1) / 2);
+        write_figure(fronts, study_folder(options), "fronts");
     }
 }
 

@@ -30,7 +30,8 @@ struct StudyOptions {
 /// Adds the options of the verb. `options` must outlive the parsing.
 void add_study_options(CLI::App& verb, StudyOptions& options);
 
-/// Studies each scene with all engines, the first of them ours. Throws Error.
+/// Studies each scene with all engines, the first of them ours; of several scenes fronts.svg and .png too, in the folder of
+/// their folders. Throws Error.
 void study_scenes(const StudyOptions& options, std::span<const study::EngineKind> engines);
 
 } // namespace cmd

@@ -148,6 +148,39 @@ render::Figure study_diagram(const study::Plan& plan, const study::Table& table)
     return {.charts = {chart}};
 }
 
+render::Chart study_fronts(const study::Plan& plan, const study::Table& table) {
+    constexpr std::array<Mark, shade_colors.size()> marks{Mark::disc, Mark::square, Mark::up};
+    const bool shows_overlaps = plan.is_statistical();
+    render::Chart chart;
+    chart.title = plan.scene.title;
+    chart.x = {"processor time for a simulated second [s]", true};
+    chart.y = {shows_overlaps ? "largest overlap [m]" : "displacement from the truth [m]", true};
+    std::vector<const Row*> rows;
+    for (const Row& row : table.rows) { // engines in their order: each has its colour in every chart
+        if (std::ranges::find(chart.series, row.engine, &render::Series::title) == chart.series.end()) {
+            const std::size_t i = chart.series.size() % shade_colors.size();
+            chart.series.push_back({.title = row.engine,
+                                    .color = color_of(shade_colors[i][0]),
+                                    .line = 2.0f,
+                                    .mark = marks[i],
+                                    .has_steps = true});
+        }
+        if (row.status == Status::done) {
+            rows.push_back(&row);
+        }
+    }
+    std::ranges::stable_sort(rows, {}, [](const Row* row) { return row->cost; });
+    for (const Row* row : rows) {
+        std::vector<glm::dvec2>& points = std::ranges::find(chart.series, row->engine, &render::Series::title)->points;
+        const glm::dvec2 at{row->cost, std::max(shows_overlaps ? row->overlap : row->error, least_error)};
+        if (points.empty() || at.y < points.back().y) {
+            points.push_back(at);
+        }
+    }
+    std::erase_if(chart.series, [](const render::Series& curve) { return curve.points.empty(); });
+    return chart;
+}
+
 render::Figure study_statistics(const study::Plan& plan, const study::Table& table,
                                 std::span<const study::Point> points, std::span<const study::Point> references) {
     constexpr std::array<const char*, study::statistics_count> labels{

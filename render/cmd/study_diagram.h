@@ -16,6 +16,10 @@ render::Figure study_diagram(const study::Plan& plan, const study::Table& table)
 render::Figure study_statistics(const study::Plan& plan, const study::Table& table,
                                 std::span<const study::Point> points, std::span<const study::Point> references);
 
+/// What each engine reaches at which cost, one curve an engine: error, of a statistical plan the largest overlap, for errors
+/// within the spread do not tell engines apart.
+render::Chart study_fronts(const study::Plan& plan, const study::Table& table);
+
 /// Writes NAME.svg and NAME.png. Throws sim::Error (io).
 void write_figure(const render::Figure& figure, const std::filesystem::path& folder, const char* name);
 

@@ -42,6 +42,14 @@ TEST_F(Study, keeps_what_is_done_and_computes_anew_what_has_changed) {
     EXPECT_NE(fs::last_write_time(point), before);
 }
 
+TEST_F(Study, several_scenes_have_their_fronts_side_by_side) {
+    fs::copy_file(folder / "block.toml", folder / "other.toml");
+    ASSERT_EQ(tumble("study block.toml other.toml --out results --knobs 'iteration limit' --no-film --quiet").code, 0);
+    EXPECT_EQ(render::read_image(folder / "results/fronts.png").width, 1240);
+    const std::string svg = bytes("results/fronts.svg");
+    EXPECT_NE(svg.find(">tumble</text>"), std::string::npos) << svg;
+}
+
 TEST_F(Study, an_interrupted_one_goes_on) {
     const Outcome stopped = shell("timeout -s INT --preserve-status 0.7 \"$TUMBLE\" study block.toml --out results --no-film --set "
                                   "simulation.time_step=1/20000 --jobs 1");
