@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -24,9 +25,21 @@ using sim::Error;
 using sim::ExitCode;
 using sim::Rational;
 
-/// Times [-] the scene's own time step, the coarsest first.
-constexpr Rational step_factors[] = {{4, 1}, {3, 1}, {2, 1},  {3, 2}, {1, 1},  {3, 4}, {1, 2},  {3, 8},
-                                     {1, 4}, {3, 16}, {1, 8}, {3, 32}, {1, 16}, {1, 32}, {1, 64}};
+/// Times [-] the scene's own time step, the coarsest first: from 4 to 1/64 in eighths of each power of two, so that at most a
+/// fifth of a time is left because the next shorter step would not fit.
+constexpr auto step_factors = [] {
+    constexpr std::int64_t coarsest = 4, finest = 64, eighths = 4;
+    std::array<Rational, 8 * eighths + 1> factors;
+    std::size_t count = 0;
+    for (std::int64_t part = 1; part < coarsest * finest; part *= 2) {
+        for (std::int64_t eighth = 8; eighth > eighths; --eighth) {
+            factors[count++] = sim::make_rational(coarsest * eighth, 8 * part);
+        }
+    }
+    factors[count++] = {1, finest};
+    return factors;
+}();
+static_assert(step_factors.front() == Rational{4, 1} && step_factors.back() == Rational{1, 64});
 
 /// Shares [-] of the budget that pilots of the coarsest and of the scene's own settings may take.
 constexpr double coarse_share = 0.2;
