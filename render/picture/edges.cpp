@@ -199,58 +199,62 @@ private:
 
     static void follow_round(const RoundPart& part, int k, const glm::vec2& pixel, Samples& samples) {
         for (std::size_t half = 0; half < 2; ++half) {
-            Rays rays{part.origin, {}, {}, {}};
-            for (int s = 0; s < 4; ++s) {
-                const glm::vec3 ray = part.ray_from_window[0] * (pixel.x + sample_x[half][s]) +
-                                      part.ray_from_window[1] * (pixel.y + sample_y[half][s]) +
-                                      part.ray_from_window[2];
-                rays.x[s] = ray.x;
-                rays.y[s] = ray.y;
-                rays.z[s] = ray.z;
-            }
-            Float4 w = all(std::numeric_limits<float>::infinity());
-            for (int s = 0; s < 4 && part.first == nullptr; ++s) {
-                const glm::vec3 ray(rays.x[s], rays.y[s], rays.z[s]);
-                w[s] = part.face != nullptr ? meet_face(*part.face, part.origin, ray) : meet_sphere(part.origin, ray);
-            }
-            const Heights within = heights_within(part.radius, rays);
-            for (const LatheBand* band = part.first; band != part.last; ++band) {
-                const auto [low, high] = std::minmax(band->lower.y, band->upper.y);
-                if (high < within.low || low > within.high) {
-                    continue;
-                }
-                const Float4 t = meet_band(*band, rays);
-                w = chosen(t < w, t, w);
-            }
-            samples.meet(half, all(-1), all(1.0f) / w, k);
+            const Float4 x = all(pixel.x) + sample_x[half];
+            const Float4 y = all(pixel.y) + sample_y[half];
+            const glm::mat3& from = part.ray_from_window;
+            const auto along = [&](int axis) { return all(from[0][axis]) * x + all(from[1][axis]) * y + all(from[2][axis]); };
+            const Rays rays{part.origin, along(0), along(1), along(2)};
+            const Float4 t = part.face != nullptr    ? meet_face(*part.face, rays)
+                             : part.first == nullptr ? meet_sphere(rays)
+                                                     : meet_bands(part, rays);
+            samples.meet(half, all(-1), all(1.0f) / t, k);
         }
     }
 
-    /// Parameter > 0 at which the ray enters the unit sphere; infinity if it does not.
-    static float meet_sphere(const glm::vec3& origin, const glm::vec3& ray) {
-        const float a = glm::dot(ray, ray);
-        const float b = glm::dot(origin, ray);
-        const float d = b * b - a * (glm::dot(origin, origin) - 1.0f);
-        const float t = d < 0.0f ? -1.0f : (-b - std::sqrt(d)) / a;
-        return t > 0.0f ? t : std::numeric_limits<float>::infinity();
+    /// Parameters > 0 at which the rays enter the unit sphere; infinity if they do not.
+    static Float4 meet_sphere(const Rays& rays) {
+        const glm::vec3& o = rays.origin;
+        const Float4 a = rays.x * rays.x + rays.y * rays.y + rays.z * rays.z;
+        const Float4 b = all(o.x) * rays.x + all(o.y) * rays.y + all(o.z) * rays.z;
+        const Float4 d = b * b - a * all(glm::dot(o, o) - 1.0f);
+        const Float4 t = (-b - root(chosen(d > all(0.0f), d, all(0.0f)))) / a;
+        return chosen((d >= all(0.0f)) & (t > all(0.0f)), t, all(std::numeric_limits<float>::infinity()));
     }
 
     /// The same for a face of a hull.
-    static float meet_face(const HullFace& face, const glm::vec3& origin, const glm::vec3& ray) {
-        constexpr float none = std::numeric_limits<float>::infinity();
-        const float t = glm::dot(face.normal, face.corners[0] - origin) / glm::dot(face.normal, ray);
-        if (!(t > 0.0f)) {
-            return none;
-        }
-        const glm::vec3 p = origin + t * ray;
+    static Float4 meet_face(const HullFace& face, const Rays& rays) {
+        const glm::vec3& n = face.normal;
+        const glm::vec3& o = rays.origin;
+        const Float4 t = all(glm::dot(n, face.corners[0] - o)) / (all(n.x) * rays.x + all(n.y) * rays.y + all(n.z) * rays.z);
+        Int4 is_met = t > all(0.0f);
         glm::vec3 from = face.corners.back();
         for (const glm::vec3& to : face.corners) {
-            if (glm::dot(glm::cross(to - from, p - from), face.normal) < 0.0f) {
-                return none;
-            }
+            const glm::vec3 side = to - from;
+            const Float4 x = all(o.x) + t * rays.x - all(from.x);
+            const Float4 y = all(o.y) + t * rays.y - all(from.y);
+            const Float4 z = all(o.z) + t * rays.z - all(from.z);
+            const Float4 inwards = (all(side.y) * z - y * all(side.z)) * all(n.x) +
+                                   (all(side.z) * x - z * all(side.x)) * all(n.y) +
+                                   (all(side.x) * y - x * all(side.y)) * all(n.z);
+            is_met = is_met & ~(inwards < all(0.0f));
             from = to;
         }
-        return t;
+        return chosen(is_met, t, all(std::numeric_limits<float>::infinity()));
+    }
+
+    /// The same for the bands of a body of revolution.
+    static Float4 meet_bands(const RoundPart& part, const Rays& rays) {
+        Float4 nearest = all(std::numeric_limits<float>::infinity());
+        const Heights within = heights_within(part.radius, rays);
+        for (const LatheBand* band = part.first; band != part.last; ++band) {
+            const auto [low, high] = std::minmax(band->lower.y, band->upper.y);
+            if (high < within.low || low > within.high) {
+                continue;
+            }
+            const Float4 t = meet_band(*band, rays);
+            nearest = chosen(t < nearest, t, nearest);
+        }
+        return nearest;
     }
 
     struct Heights {
@@ -328,20 +332,25 @@ private:
 struct Candidates {
     int count = 0;
     std::array<std::uint32_t, 9> id;
-    std::array<std::array<int, 3>, 9> color; ///< sum over the pixels
+    std::array<Int4, 9> color; ///< sum over the pixels; the fourth means nothing
     std::array<int, 9> pixels;
 
-    void add(std::uint32_t part, const std::uint8_t* rgb) {
-        const int k = static_cast<int>(std::find(id.begin(), id.begin() + count, part) - id.begin());
+    void add(std::uint32_t part, const std::uint8_t* rgba) {
+        using Byte4 = std::uint8_t __attribute__((vector_size(4)));
+        Byte4 bytes;
+        std::memcpy(&bytes, rgba, sizeof(bytes));
+        const Int4 here = __builtin_convertvector(bytes, Int4);
+        int k = 0;
+        while (k < count && id[k] != part) {
+            ++k;
+        }
         if (k == count) {
             id[k] = part;
-            color[k] = {rgb[0], rgb[1], rgb[2]};
+            color[k] = here;
             pixels[k] = 1;
             ++count;
         } else if (k > 0) { // the part at the pixel's own centre keeps the colour it has there
-            for (int c = 0; c < 3; ++c) {
-                color[k][c] += rgb[c];
-            }
+            color[k] += here;
             ++pixels[k];
         }
     }
@@ -378,23 +387,50 @@ void smooth_pixel(const PartTable& parts, const Candidates& found, const glm::ve
     for (int k = 0; k < found.count; ++k) {
         parts.follow(found.id[k], k, pixel, samples);
     }
-    std::array<int, 9> hits{};
-    for (const Int4& winner : samples.winner) {
-        for (int s = 0; s < 4; ++s) {
-            ++hits[static_cast<std::size_t>(winner[s])];
-        }
-    }
-    std::array<float, 3> sum{};
+    Float4 sum = all(0.0f);
     for (int k = 0; k < found.count; ++k) {
-        const float share = static_cast<float>(hits[k]) / static_cast<float>(found.pixels[k] * sample_count);
-        for (int c = 0; c < 3; ++c) {
-            sum[c] += share * static_cast<float>(found.color[k][c]);
-        }
+        const Int4 hits = (samples.winner[0] == all(k)) + (samples.winner[1] == all(k)); // -1 each
+        const int count = -(hits[0] + hits[1] + hits[2] + hits[3]);
+        const float share = static_cast<float>(count) / static_cast<float>(found.pixels[k] * sample_count);
+        sum += all(share) * __builtin_convertvector(found.color[k], Float4);
     }
+    const Int4 mean = __builtin_convertvector(sum + all(0.5f), Int4);
     for (int c = 0; c < 3; ++c) {
-        to[c] = static_cast<std::uint8_t>(sum[c] + 0.5f);
+        to[c] = static_cast<std::uint8_t>(mean[c]);
     }
 }
+
+/// Finds the pixels of a row around which, in 3 x 3, there is more than one part.
+class EdgeFinder {
+public:
+    explicit EdgeFinder(int width)
+        : differs_across_(static_cast<std::size_t>(width) + 2), differs_along_(static_cast<std::size_t>(width) + 1),
+          is_edge_(static_cast<std::size_t>(width)) {}
+
+    /// 1 for each such pixel of the middle row, 0 for the others. The loops are written such that compilers vectorize them.
+    const std::vector<std::uint8_t>& find(const RowWindow& rows) {
+        const auto [below, here, above] = rows.ids;
+        const int width = rows.width;
+        std::uint8_t* const across = differs_across_.data(); // one element more at both ends
+        for (int x = 0; x < width; ++x) {
+            across[x + 1] = (here[x] != below[x]) | (here[x] != above[x]);
+        }
+        std::uint8_t* const along = differs_along_.data(); // element x + 1 tells of the pixels x and x + 1
+        for (int x = 0; x + 1 < width; ++x) {
+            along[x + 1] = here[x] != here[x + 1];
+        }
+        std::uint8_t* const to = is_edge_.data();
+        for (int x = 0; x < width; ++x) {
+            to[x] = across[x] | across[x + 1] | across[x + 2] | along[x] | along[x + 1];
+        }
+        return is_edge_;
+    }
+
+private:
+    std::vector<std::uint8_t> differs_across_;
+    std::vector<std::uint8_t> differs_along_;
+    std::vector<std::uint8_t> is_edge_;
+};
 
 } // namespace
 
@@ -417,11 +453,7 @@ Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const D
                    const Viewport& viewport) {
     const PartTable parts(viewport, geometry, list);
     Image image = flipped(raw);
-    // Whether a pixel's part differs from those above or below (one element more at both ends), and from the
-    // one to the right; whether any of 3 x 3 does.
-    std::vector<std::uint8_t> differs_across(static_cast<std::size_t>(raw.width) + 2);
-    std::vector<std::uint8_t> is_edge(static_cast<std::size_t>(raw.width));
-    std::vector<std::uint8_t> differs_along(static_cast<std::size_t>(raw.width) + 1);
+    EdgeFinder edges(raw.width);
     for (int y = 0; y < raw.height; ++y) {
         RowWindow rows{{}, {}, raw.width};
         for (int k = 0; k < 3; ++k) {
@@ -429,22 +461,8 @@ Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const D
             rows.ids[k] = raw.ids.data() + row;
             rows.rgba[k] = raw.rgba.data() + 4 * row;
         }
-        const std::uint32_t* below = rows.ids[0];
-        const std::uint32_t* here = rows.ids[1];
-        const std::uint32_t* above = rows.ids[2];
-        for (int x = 0; x < raw.width; ++x) {
-            differs_across[x + 1] = (here[x] != below[x]) | (here[x] != above[x]);
-        }
-        // Element x + 1 tells of the pixels x and x + 1.
-        for (int x = 0; x + 1 < raw.width; ++x) {
-            differs_along[x + 1] = here[x] != here[x + 1];
-        }
-        differs_along[raw.width] = 0;
         std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 3;
-        for (int x = 0; x < raw.width; ++x) {
-            is_edge[x] = differs_across[x] | differs_across[x + 1] | differs_across[x + 2] |
-                         differs_along[x] | differs_along[x + 1];
-        }
+        const std::vector<std::uint8_t>& is_edge = edges.find(rows);
         // Most pixels are none: memchr finds the next that is.
         const std::uint8_t* end = is_edge.data() + raw.width;
         for (const std::uint8_t* at = is_edge.data();
