@@ -29,7 +29,6 @@ using sim::Vec3;
 
 constexpr int sphere_rings = 32;
 constexpr int rod_sides = 16;
-constexpr int lathe_sides = 80;
 /// Width over height of a picture that the camera is meant for.
 constexpr double aspect = 16.0 / 9.0;
 /// Share of the scene's tolerance by which a pose may be wrong.
@@ -287,7 +286,7 @@ private:
         }
         const auto own = static_cast<std::size_t>(id - render::mesh_id::lathe_first);
         return own < geometry_.profiles.size()
-                   ? render::make_lathe_mesh(geometry_.profiles[own], lathe_sides)
+                   ? render::make_lathe_mesh(geometry_.profiles[own], render::lathe_sides.back())
                    : render::make_hull_mesh(geometry_.hulls[own - geometry_.profiles.size()]);
     }
 

@@ -6,10 +6,12 @@
 #include "render/gl/shader.h"
 #include "render/picture/picture_reader.h"
 #include "render/scene/mesh.h"
+#include "render/scene/parts.h"
 #include "sim/base/error.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <map>
@@ -21,7 +23,6 @@ namespace {
 
 constexpr std::array<int, mesh_id::sphere_count> sphere_rings{8, 16, 32, 64};
 constexpr int rod_sides = 16;
-constexpr int lathe_sides = 80;
 constexpr int mirrored_rays = 4; ///< a pixel
 /// Scales radiance before the tone curve: sunlit middle grey comes out at the middle of the display's range.
 constexpr float exposure = 0.42f;
@@ -117,27 +118,6 @@ Target make_target(const Viewport& viewport, bool has_ids) {
     return target;
 }
 
-/// Triangles of the three sides of each box that look away from the sun; vertex 8 i + k is corner k of box i,
-/// at x, y, z = +-1 by the bits 1, 2, 4 of k.
-std::vector<std::uint32_t> sides_away_from(const glm::vec3& to_sun, std::span<const Instance> boxes) {
-    using Side = std::array<std::uint32_t, 6>;
-    constexpr std::array<std::array<Side, 2>, 3> sides{{{{{0, 4, 6, 0, 6, 2}, {1, 3, 7, 1, 7, 5}}},
-                                                        {{{0, 1, 5, 0, 5, 4}, {2, 6, 7, 2, 7, 3}}},
-                                                        {{{0, 2, 3, 0, 3, 1}, {4, 5, 7, 4, 7, 6}}}}};
-    std::vector<std::uint32_t> indices;
-    indices.reserve(boxes.size() * 18);
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-        const glm::vec3 sun = turned_back(boxes[i].orientation, to_sun);
-        for (int axis = 0; axis < 3; ++axis) {
-            for (const std::uint32_t corner :
-                 sides[static_cast<std::size_t>(axis)][sun[axis] > 0.0f ? 0 : 1]) {
-                indices.push_back(static_cast<std::uint32_t>(8 * i) + corner);
-            }
-        }
-    }
-    return indices;
-}
-
 /// From clip coordinates (-1..1 across, 0..1 in depth) to texture coordinates.
 glm::mat4 texture_from_clip() {
     glm::mat4 result(1.0f);
@@ -157,7 +137,7 @@ struct Renderer::Impl {
     GlBuffer instances;
     GlBuffer frame_block;
     GlBuffer mirrored_block;
-    std::vector<GlMesh> meshes; // by mesh id
+    std::vector<std::vector<GlMesh>> meshes; // by mesh id, from coarse to fine
     ElementArray face_array;
     TriangleList far_sides; ///< of boxes, seen from the sun
     ElementArray floor_inside;
@@ -178,7 +158,7 @@ struct Renderer::Impl {
     Program floor_ring_program;
     Program sky_program;
     std::map<FaceKind, Program> face_programs;
-    std::map<std::array<int, 3>, Program> round_programs; // by (pattern, mirrored spheres, mirrored boxes)
+    std::map<std::array<int, 4>, Program> round_programs; // by (pattern, is metal, mirrored spheres, mirrored boxes)
     RawPicture raw;
     DrawList last_list; ///< of the last picture
     DepthPicture last_depth;
@@ -191,7 +171,7 @@ struct Renderer::Impl {
                     plan->settings().shader_lines) {
         make_geometry();
         make_targets();
-        shadow_box_program = Program("shadow_box.vert", "shadow.frag");
+        shadow_box_program = Program("shadow_box.vert", "shadow.frag", constants);
         shadow_round_program = Program("shadow_round.vert", "shadow.frag");
         floor_inside_program = Program("floor.vert", "floor.frag", "#define SHADOWED 1\n" + constants);
         floor_ring_program = Program("floor.vert", "floor.frag", "#define SHADOWED 0\n" + constants);
@@ -205,15 +185,19 @@ struct Renderer::Impl {
         instances = GlBuffer::create();
         frame_block = GlBuffer::create();
         mirrored_block = GlBuffer::create();
+        const auto upload = [&](const Mesh& mesh) { meshes.emplace_back().push_back(upload_mesh(mesh, instances)); };
         for (const int rings : sphere_rings) {
-            meshes.push_back(upload_mesh(make_sphere_mesh(rings), instances));
+            upload(make_sphere_mesh(rings));
         }
-        meshes.push_back(upload_mesh(make_lathe_mesh(rod_profile(), rod_sides), instances));
+        upload(make_lathe_mesh(rod_profile(), rod_sides));
         for (const std::vector<glm::vec2>& profile : plan->geometry().profiles) {
-            meshes.push_back(upload_mesh(make_lathe_mesh(profile, lathe_sides), instances));
+            meshes.emplace_back();
+            for (const int sides : lathe_sides) {
+                meshes.back().push_back(upload_mesh(make_lathe_mesh(profile, sides), instances));
+            }
         }
         for (const std::vector<HullFace>& hull : plan->geometry().hulls) {
-            meshes.push_back(upload_mesh(make_hull_mesh(hull), instances));
+            upload(make_hull_mesh(hull));
         }
         constexpr std::uint32_t quad[] = {0, 1, 3, 0, 3, 2};
         // Corners of a floor's region, then the same moved outwards.
@@ -317,7 +301,8 @@ struct Renderer::Impl {
     }
 
     void draw_rounds(const RoundBatch& batch) const {
-        const GlMesh& mesh = meshes.at(static_cast<std::size_t>(batch.mesh));
+        const std::vector<GlMesh>& levels = meshes.at(static_cast<std::size_t>(batch.mesh));
+        const GlMesh& mesh = levels.at(std::min(static_cast<std::size_t>(batch.level), levels.size() - 1));
         glBindVertexArray(mesh.vertex_array.get());
         glDrawElementsInstancedBaseInstance(GL_TRIANGLES, mesh.index_count, GL_UNSIGNED_INT, nullptr,
                                             batch.count, static_cast<GLuint>(batch.first));
@@ -366,16 +351,17 @@ struct Renderer::Impl {
         return face_programs.emplace(kind, Program("face.vert", "face.frag", defines)).first->second;
     }
 
-    const Program& round_program(sim::Pattern pattern, const Mirrored& mirrored) {
-        const std::array<int, 3> key{static_cast<int>(pattern), mirrored.spheres, mirrored.boxes};
+    const Program& round_program(const RoundBatch& batch, const Mirrored& mirrored) {
+        const std::array<int, 4> key{static_cast<int>(batch.pattern), batch.is_metal ? 1 : 0, mirrored.spheres,
+                                     mirrored.boxes};
         const auto known = round_programs.find(key);
         if (known != round_programs.end()) {
             return known->second;
         }
         const std::string defines =
-            fmt::format("#define METAL 1\n#define PATTERN {}\n#define MIRROR {}\n#define MIRRORED_SPHERES {}\n"
+            fmt::format("#define PATTERN {}\n#define METAL {}\n#define MIRROR {}\n#define MIRRORED_SPHERES {}\n"
                         "#define MIRRORED_BOXES {}\n",
-                        key[0], mirrored.is_empty() ? 0 : 1, key[1], key[2]);
+                        key[0], key[1], mirrored.is_empty() ? 0 : 1, key[2], key[3]);
         return round_programs.emplace(key, Program("round.vert", "round.frag", defines + constants))
             .first->second;
     }
@@ -397,7 +383,7 @@ struct Renderer::Impl {
             face_array.draw(batch.first, batch.count);
         }
         for (const RoundBatch& batch : list.round_batches) {
-            const Program& program = round_program(batch.pattern, batch.is_polished ? list.mirrored : Mirrored{});
+            const Program& program = round_program(batch, batch.is_polished ? list.mirrored : Mirrored{});
             program.use();
             program.set("shadow_map", unit::shadow_map);
             for (int k = 0; k < OcclusionVolume::level_count; ++k) {

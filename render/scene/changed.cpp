@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace render {
 
@@ -20,44 +19,6 @@ constexpr float occlusion_reach_cells = 12.0f;
 constexpr float shadow_edge_texels = 3.0f;
 /// Smooth edges see one pixel around, and the outermost of a part of a picture are not kept.
 constexpr int kept_border = 4;
-
-/// Corners of a regular octagon are this many times as far from its middle as its sides.
-constexpr float octagon = 1.0823922f;
-
-/// A circle of a radius about z at height z.
-void visit_ring(float radius, float z, const auto& visit) {
-    const float far = radius * octagon;
-    const float near = far * std::numbers::sqrt2_v<float> * 0.5f;
-    for (const glm::vec2& p : {glm::vec2(far, 0), glm::vec2(0, far), glm::vec2(near, near), glm::vec2(near, -near)}) {
-        visit(glm::vec3(p, z));
-        visit(glm::vec3(-p, z));
-    }
-}
-
-/// Calls visit(point) for points in the instance's frame [m] whose convex hull holds the part.
-void visit_points(const Part& part, const SceneGeometry& geometry, const auto& visit) {
-    const glm::vec3& scale = part.instance.scale;
-    const auto own = static_cast<std::size_t>(part.mesh - mesh_id::lathe_first);
-    if (part.mesh < 0 || part.mesh == mesh_id::rod) {
-        for (int i = 0; i < 8; ++i) {
-            visit(scale * (2.0f * glm::vec3(i & 1, (i >> 1) & 1, (i >> 2) & 1) - 1.0f));
-        }
-    } else if (part.mesh < mesh_id::lathe_first) {
-        constexpr float low = 0.4142135f; // tangent of 22.5 degrees
-        for (const glm::vec2& p : {glm::vec2(1, low), glm::vec2(low, 1)}) {
-            visit_ring(p.x * scale.x, p.y * scale.x, visit);
-            visit_ring(p.x * scale.x, -p.y * scale.x, visit);
-        }
-    } else if (own < geometry.profiles.size()) {
-        for (const glm::vec2& p : geometry.profiles[own]) {
-            visit_ring(p.x, p.y, visit);
-        }
-    } else {
-        for (const HullFace& face : geometry.hulls[own - geometry.profiles.size()]) {
-            std::ranges::for_each(face.corners, visit);
-        }
-    }
-}
 
 /// Grows by what is included.
 class Area {
@@ -129,10 +90,10 @@ public:
 private:
     float edge() const { return shadow_edge_texels * first_.shadow.texel_size; }
 
-    void visit(const Part& part, const auto& visit_world) const {
-        visit_points(part, seen_.geometry, [&](const glm::vec3& p) {
-            visit_world(part.instance.position + turned(part.instance.orientation, p));
-        });
+    std::vector<glm::vec3> points_of(const Part& part) const {
+        std::vector<glm::vec3> points;
+        append_points(part, seen_.geometry, points);
+        return points;
     }
 
     void include_moving(const Part& part) {
@@ -140,7 +101,7 @@ private:
             return;
         }
         const glm::vec3& to_sun = seen_.geometry.light.to_sun;
-        visit(part, [&](const glm::vec3& point) {
+        for (const glm::vec3& point : points_of(part)) {
             area_.include(point);
             shadow_area_.include(point);
             // What lies between the body and its shadow on a floor is in the rectangle of both.
@@ -148,7 +109,7 @@ private:
                 const float height = glm::dot(point - floor.frame.origin, floor.frame.normal);
                 area_.include(point - to_sun * (std::max(height, 0.0f) / glm::dot(to_sun, floor.frame.normal)));
             }
-        });
+        }
         moving_.push_back(&part.instance);
     }
 
@@ -161,7 +122,9 @@ private:
             return glm::length(other->position - instance.position) < reach + other->bounding_radius;
         };
         if (!seen_.moves[part.body] && (is_mirror || std::ranges::any_of(moving_, is_near))) {
-            visit(part, [&](const glm::vec3& point) { area_.include(point); });
+            for (const glm::vec3& point : points_of(part)) {
+                area_.include(point);
+            }
         }
     }
 

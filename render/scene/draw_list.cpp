@@ -105,7 +105,9 @@ void fill_rounds(const std::vector<Part>& parts, const SceneGeometry& geometry, 
             batches.push_back({part.mesh, part.pattern, static_cast<int>(list.rounds.size()), 0});
         }
         ++batches.back().count;
+        batches.back().is_metal |= part.instance.metallic > 0.0f;
         batches.back().is_polished |= is_polished(part);
+        batches.back().level = std::max(batches.back().level, part.level);
         list.rounds.push_back(part.instance);
         list.rounds.back().id = next_id;
         const std::uint32_t groups = geometry.group_count[static_cast<std::size_t>(part.mesh)];
@@ -198,20 +200,17 @@ std::vector<Parts> parts_of(const Shown& shown, const Viewport& viewport) {
 /// Camera, sun's view and floors, such that they do for the parts of all states; the filled part of space.
 DrawList common_list(const Shown& shown, const std::vector<Parts>& parts, const Viewport& viewport, Filled& filled) {
     const SceneGeometry& geometry = shown.geometry;
-    std::vector<Instance> boxes;
-    std::vector<Instance> rounds;
+    std::vector<Instance> all;
+    std::vector<glm::vec3> points;
     for (const Parts& state : parts) {
-        for (const Part& part : state.boxes) {
-            boxes.push_back(part.instance);
-            filled.include(part);
-        }
-        for (const Part& part : state.rounds) {
-            rounds.push_back(part.instance);
-            filled.include(part);
+        for (const std::vector<Part>* group : {&state.boxes, &state.rounds}) {
+            for (const Part& part : *group) {
+                all.push_back(part.instance);
+                append_points(part, geometry, points);
+                filled.include(part);
+            }
         }
     }
-    std::vector<Instance> all = boxes;
-    all.insert(all.end(), rounds.begin(), rounds.end());
 
     DrawList list;
     list.redrawn = {0, 0, viewport.width, viewport.height};
@@ -229,7 +228,7 @@ DrawList common_list(const Shown& shown, const std::vector<Parts>& parts, const 
     const FloorRegionSetup region{geometry.light.to_sun, 3.0f * list.shadow.texel_size, occlusion_reach,
                                   2.0f * geometry.floor_extent};
     for (Floor& floor : list.floors) {
-        floor.region = make_floor_region(floor.frame, region, boxes, rounds);
+        floor.region = make_floor_region(floor.frame, region, points);
         floor.ring_scale = ring_scale(floor.region, geometry.floor_extent);
     }
     return list;

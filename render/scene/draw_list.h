@@ -73,7 +73,9 @@ struct RoundBatch {
     sim::Pattern pattern = sim::Pattern::plain;
     int first = 0; ///< index into DrawList::rounds
     int count = 0;
-    bool is_polished = false; ///< one of them at least
+    int level = 0;            ///< of the finest: index into lathe_sides
+    bool is_metal = false;    ///< one of them at least
+    bool is_polished = false; ///< the same
 };
 
 /// Open share of the sky on a floor, around the bodies.

@@ -58,7 +58,7 @@ private:
 } // namespace
 
 FloorRegion make_floor_region(const FloorFrame& floor, const FloorRegionSetup& setup,
-                              std::span<const Instance> boxes, std::span<const Instance> rounds) {
+                              std::span<const glm::vec3> points) {
     Reach reach(setup.most);
     const float sun_height = glm::dot(floor.normal, setup.to_sun);
     if (sun_height < least_sun_height) {
@@ -69,32 +69,13 @@ FloorRegion make_floor_region(const FloorFrame& floor, const FloorRegionSetup& s
         return reach.corners();
     }
     const glm::vec2 drift = floor.place(floor.origin + setup.to_sun) / sun_height;
-    const auto include = [&](const glm::vec3& point, float radius) {
+    for (const glm::vec3& point : points) {
         const float height = glm::dot(point - floor.origin, floor.normal);
-        if (height < -radius) {
-            return;
-        }
         const glm::vec2 below = floor.place(point);
-        reach.include(below - drift * std::max(height, 0.0f), (radius + setup.shadow_margin) / sun_height);
-        if (height - radius < setup.occlusion_margin) {
-            reach.include(below, radius + setup.occlusion_margin);
+        reach.include(below - drift * std::max(height, 0.0f), setup.shadow_margin / sun_height);
+        if (height < setup.occlusion_margin) {
+            reach.include(below, setup.occlusion_margin);
         }
-    };
-    for (const Instance& box : boxes) {
-        std::array<glm::vec3, 3> edges;
-        for (int axis = 0; axis < 3; ++axis) {
-            glm::vec3 edge(0.0f);
-            edge[axis] = box.scale[axis];
-            edges[axis] = turned(box.orientation, edge);
-        }
-        for (int i = 0; i < 8; ++i) {
-            include(box.position + edges[0] * ((i & 1) != 0 ? 1.0f : -1.0f) +
-                        edges[1] * ((i & 2) != 0 ? 1.0f : -1.0f) + edges[2] * ((i & 4) != 0 ? 1.0f : -1.0f),
-                    0.0f);
-        }
-    }
-    for (const Instance& round : rounds) {
-        include(round.position, round.bounding_radius);
     }
     return reach.corners();
 }

@@ -36,9 +36,8 @@ struct FloorRegionSetup {
     float most;             ///< [m] the region ends at this distance from the origin
 };
 
-/// Region that holds the shadows of all boxes and rounds, and what they shade by being near. The whole square
-/// of `most` if the sun is too low.
-FloorRegion make_floor_region(const FloorFrame& floor, const FloorRegionSetup& setup,
-                              std::span<const Instance> boxes, std::span<const Instance> rounds);
+/// Region that holds the shadows of bodies, and what they shade by being near; points: their convex hulls hold the
+/// bodies [m]. The whole square of `most` if the sun is too low.
+FloorRegion make_floor_region(const FloorFrame& floor, const FloorRegionSetup& setup, std::span<const glm::vec3> points);
 
 } // namespace render

@@ -145,4 +145,25 @@ Mesh make_hull_mesh(std::span<const HullFace> faces) {
     return mesh;
 }
 
+std::vector<std::uint32_t> sides_away_from(const glm::vec3& to_sun, std::span<const Instance> boxes) {
+    using Side = std::array<std::uint32_t, 4>; // around it
+    constexpr std::array<std::array<Side, 2>, 3> sides{
+        {{{{0, 4, 6, 2}, {1, 3, 7, 5}}}, {{{0, 1, 5, 4}, {2, 6, 7, 3}}}, {{{0, 2, 3, 1}, {4, 5, 7, 6}}}}};
+    std::vector<std::uint32_t> indices;
+    indices.reserve(boxes.size() * 18);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const glm::vec3 sun = turned_back(boxes[i].orientation, to_sun);
+        const glm::ivec3 is_away(glm::lessThanEqual(sun, glm::vec3(0.0f)));
+        const auto far_corner = static_cast<std::uint32_t>(is_away.x + 2 * is_away.y + 4 * is_away.z);
+        for (int axis = 0; axis < 3; ++axis) {
+            const Side& side = sides[static_cast<std::size_t>(axis)][static_cast<std::size_t>(is_away[axis])];
+            const auto at = static_cast<std::size_t>(std::ranges::find(side, far_corner) - side.begin());
+            for (const std::size_t k : {0, 1, 2, 0, 2, 3}) {
+                indices.push_back(static_cast<std::uint32_t>(8 * i) + side[(at + k) % 4]);
+            }
+        }
+    }
+    return indices;
+}
+
 } // namespace render

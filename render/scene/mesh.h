@@ -1,5 +1,7 @@
 #pragma once
 /// Triangles of the shapes that are drawn, in the unit size that an instance scales.
+#include "render/scene/draw_types.h"
+
 #include <glm/glm.hpp>
 
 #include <cstdint>
@@ -48,5 +50,9 @@ Mesh make_lathe_mesh(std::span<const glm::vec2> profile, int sides);
 
 /// Each face is a group.
 Mesh make_hull_mesh(std::span<const HullFace> faces);
+
+/// Triangles of the three sides of each box that look away from the sun; vertex 8 i + k is corner k of box i,
+/// at x, y, z = +-1 by the bits 1, 2, 4 of k.
+std::vector<std::uint32_t> sides_away_from(const glm::vec3& to_sun, std::span<const Instance> boxes);
 
 } // namespace render

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <span>
 #include <tuple>
 
 namespace render {
@@ -18,6 +20,9 @@ using sim::Vec3;
 /// stays within 0.35 px of the circle, and smooth edges know the circle.
 constexpr std::array<double, mesh_id::sphere_count - 1> sphere_pixels{18.0, 73.0, 290.0};
 
+/// The same of bodies of revolution that are no spheres.
+constexpr std::array<double, lathe_sides.size() - 1> lathe_pixels{18.0, 73.0, 163.0, 290.0};
+
 /// Collects the parts of all bodies and joints.
 class PartCollector {
 public:
@@ -30,11 +35,14 @@ public:
         body_ = static_cast<std::uint32_t>(index + 1);
         const int profile = geometry_.profile_of_body[index];
         if (profile >= 0) {
+            double bounding_radius = 0.0;
             double radius = 0.0;
             for (const glm::vec2& point : geometry_.profiles[static_cast<std::size_t>(profile)]) {
-                radius = std::max(radius, static_cast<double>(glm::length(point)));
+                bounding_radius = std::max(bounding_radius, static_cast<double>(glm::length(point)));
+                radius = std::max(radius, static_cast<double>(point.x));
             }
-            parts.rounds.push_back(part(pose, Vec3::Ones(), radius, mesh_id::lathe_first + profile));
+            mesh_ = mesh_id::lathe_first + profile;
+            add_lathe(pose, bounding_radius, radius);
             return;
         }
         std::visit(
@@ -77,19 +85,17 @@ private:
     }
 
     void add_primitive(const sim::Sphere& sphere, const Pose& pose) {
-        const double distance = std::max((pose.position - view_.eye).norm(), sphere.radius);
-        const double pixels = sphere.radius / distance * pixels_per_radian_;
-        const auto level = std::upper_bound(sphere_pixels.begin(), sphere_pixels.end(), pixels);
-        parts.rounds.push_back(part(pose, Vec3::Constant(sphere.radius), sphere.radius,
-                              mesh_id::sphere_first + static_cast<int>(level - sphere_pixels.begin())));
+        const int level = level_of(sphere.radius, sphere.radius, pose, sphere_pixels);
+        parts.rounds.push_back(
+            part(pose, Vec3::Constant(sphere.radius), sphere.radius, mesh_id::sphere_first + level));
     }
 
     void add_primitive(const sim::Cylinder& cylinder, const Pose& pose) {
-        parts.rounds.push_back(part(pose, Vec3::Ones(), std::hypot(cylinder.radius, cylinder.half_length), mesh_));
+        add_lathe(pose, std::hypot(cylinder.radius, cylinder.half_length), cylinder.radius);
     }
 
     void add_primitive(const sim::Capsule& capsule, const Pose& pose) {
-        parts.rounds.push_back(part(pose, Vec3::Ones(), capsule.radius + capsule.half_length, mesh_));
+        add_lathe(pose, capsule.radius + capsule.half_length, capsule.radius);
     }
 
     void add_primitive(const sim::Hull& hull, const Pose& pose) {
@@ -98,6 +104,19 @@ private:
             radius = std::max(radius, vertex.norm());
         }
         parts.rounds.push_back(part(pose, Vec3::Ones(), radius, mesh_));
+    }
+
+    /// With the mesh at hand.
+    void add_lathe(const Pose& pose, double bounding_radius, double radius) {
+        parts.rounds.push_back(part(pose, Vec3::Ones(), bounding_radius, mesh_));
+        parts.rounds.back().level = level_of(bounding_radius, radius, pose, lathe_pixels);
+    }
+
+    /// How many of the limits [px] a radius [m] exceeds on the picture.
+    int level_of(double bounding_radius, double radius, const Pose& pose, std::span<const double> limits) const {
+        const double distance = std::max((pose.position - view_.eye).norm(), bounding_radius);
+        const double pixels = radius / distance * pixels_per_radian_;
+        return static_cast<int>(std::ranges::upper_bound(limits, pixels) - limits.begin());
     }
 
     Part part(const Pose& pose, const Vec3& scale, double bounding_radius, int mesh) const {
@@ -150,6 +169,19 @@ void add_joints(const sim::SceneDef& scene, const sim::Snapshot& snapshot, doubl
     }
 }
 
+/// Corners of a regular octagon are this many times as far from its middle as its sides.
+constexpr float octagon = 1.0823922f;
+
+/// A circle of a radius about z at height z.
+void visit_ring(float radius, float z, const auto& visit) {
+    const float far = radius * octagon;
+    const float near = far * std::numbers::sqrt2_v<float> * 0.5f;
+    for (const glm::vec2& p : {glm::vec2(far, 0), glm::vec2(0, far), glm::vec2(near, near), glm::vec2(near, -near)}) {
+        visit(glm::vec3(p, z));
+        visit(glm::vec3(-p, z));
+    }
+}
+
 } // namespace
 
 sim::LookDef rod_look() {
@@ -175,6 +207,31 @@ Parts collect_parts(const sim::SceneDef& scene, const SceneGeometry& geometry, c
         return std::tie(a.mesh, a.pattern, a.depth) < std::tie(b.mesh, b.pattern, b.depth);
     });
     return std::move(collector.parts);
+}
+
+void append_points(const Part& part, const SceneGeometry& geometry, std::vector<glm::vec3>& points) {
+    const Instance& instance = part.instance;
+    const auto visit = [&](const glm::vec3& p) { points.push_back(instance.position + turned(instance.orientation, p)); };
+    const auto own = static_cast<std::size_t>(part.mesh - mesh_id::lathe_first);
+    if (part.mesh < 0 || part.mesh == mesh_id::rod) {
+        for (int i = 0; i < 8; ++i) {
+            visit(instance.scale * (2.0f * glm::vec3(i & 1, (i >> 1) & 1, (i >> 2) & 1) - 1.0f));
+        }
+    } else if (part.mesh < mesh_id::lathe_first) {
+        constexpr float low = 0.4142135f; // tangent of 22.5 degrees
+        for (const glm::vec2& p : {glm::vec2(1, low), glm::vec2(low, 1)}) {
+            visit_ring(p.x * instance.scale.x, p.y * instance.scale.x, visit);
+            visit_ring(p.x * instance.scale.x, -p.y * instance.scale.x, visit);
+        }
+    } else if (own < geometry.profiles.size()) {
+        for (const glm::vec2& p : geometry.profiles[own]) {
+            visit_ring(p.x, p.y, visit);
+        }
+    } else {
+        for (const HullFace& face : geometry.hulls[own - geometry.profiles.size()]) {
+            std::ranges::for_each(face.corners, visit);
+        }
+    }
 }
 
 } // namespace render

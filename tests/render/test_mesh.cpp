@@ -1,10 +1,16 @@
 #include "render/scene/mesh.h"
 
+#include "render/scene/parts.h"
+#include "sample_scenes.h"
+
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace {
 
@@ -94,5 +100,45 @@ TEST(mesh, hull_has_flat_faces_of_their_own_groups) {
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
         EXPECT_EQ(mesh.vertices[i].group, i / 3);
         EXPECT_EQ(mesh.vertices[i].normal, faces[i / 3].normal);
+    }
+}
+
+TEST(mesh, points_of_a_part_enclose_its_mesh) {
+    render::SceneGeometry geometry;
+    geometry.profiles = {{{0.0f, -1.0f}, {0.7f, -0.4f}, {0.2f, 0.9f}}};
+    const std::array<render::Mesh, 2> meshes{render::make_sphere_mesh(32), render::make_lathe_mesh(geometry.profiles[0], 80)};
+    const std::array<int, 2> ids{render::mesh_id::sphere_first, render::mesh_id::lathe_first};
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        render::Part part{};
+        part.mesh = ids[i];
+        part.instance.orientation = {0, 0, 0, 1};
+        part.instance.scale = glm::vec3(1.0f);
+        std::vector<glm::vec3> points;
+        render::append_points(part, geometry, points);
+        for (int k = 0; k < 64; ++k) {
+            const glm::vec3 direction(std::sin(1.7f * k), std::cos(2.3f * k), std::sin(0.9f * k));
+            float reach = -1e9f;
+            for (const glm::vec3& point : points) {
+                reach = std::max(reach, glm::dot(point, direction));
+            }
+            for (const render::Vertex& vertex : meshes[i].vertices) {
+                ASSERT_LE(glm::dot(vertex.position, direction), reach + 1e-5f) << i;
+            }
+        }
+    }
+}
+
+// Parts of a third of a pixel, where the radius is told in pixels.
+TEST(mesh, cylinders_have_as_many_sides_as_their_size_on_the_picture_asks_for) {
+    sim::SceneDef scene;
+    scene.bodies.push_back(sample::body(sim::Cylinder{1.0, 1.0}, {}, {0.5, 0.5, 0.5}));
+    sample::set_camera(scene, {0, -10, 0}, {0, 0, 0}, 40);
+    const render::SceneGeometry geometry = render::make_scene_geometry(scene, scene.cameras.at(0));
+    for (const auto& [pixels, sides] : {std::pair{10.0, 16}, {50.0, 32}, {100.0, 48}, {200.0, 64}, {2000.0, 80}}) {
+        const render::View view{{0, -10, 0}, {0, 0, 0}, 40};
+        const render::Parts parts =
+            render::collect_parts(scene, geometry, sample::start(scene), view, {.pixels_per_radian = 10.0 * pixels});
+        EXPECT_EQ(render::lathe_sides[static_cast<std::size_t>(parts.rounds.at(0).level)], sides);
+        EXPECT_TRUE(sides == 80 || pixels * (1.0 - std::cos(std::numbers::pi / sides)) < 0.36);
     }
 }
