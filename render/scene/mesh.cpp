@@ -2,6 +2,8 @@
 
 #include "sim/base/error.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 

@@ -219,6 +219,21 @@ TEST(renderer, shadow_edge_lies_where_geometry_says) {
     EXPECT_LT(green(0.62, 0.0), dark + 5);
 }
 
+TEST(renderer, no_light_comes_through_where_a_body_stands_flush_on_the_floor) {
+    sim::SceneDef scene;
+    sample::add_floor(scene);
+    scene.bodies.back().look.pattern_color = scene.bodies.back().look.color;
+    scene.bodies.push_back(sample::body(sim::Box{}, {{0, 0, 0.5}, sim::Quat::Identity()}, {0.5, 0.5, 0.5}));
+    scene.light.to_sun = sim::Vec3(-0.05, 0, 1).normalized();
+    // The foot of the cube's dark side in the middle, from 2.7 m: a texel of the shadow map has three pixels.
+    sample::set_camera(scene, {3, -0.5, 1}, {0.5, 0, 0}, 6);
+    const render::Image image = drawn(scene, 640, 360);
+    const int dark = pixel(image, 320, 195)[1];
+    for (int y = 181; y < 195; ++y) {
+        EXPECT_LT(pixel(image, 320, y)[1], dark + 5) << y;
+    }
+}
+
 TEST(renderer, ground_is_darker_where_a_body_rests) {
     sim::SceneDef scene;
     sample::add_floor(scene);
