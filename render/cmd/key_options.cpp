@@ -112,7 +112,7 @@ constexpr KeyOption key_options[] = {
      &Options::show, "overlay.show", toml_words, nullptr, false},
     {"--color-by", "WORD", "look (as the scene says), material, body, speed, contacts or impulse",
      &Options::color_by, "overlay.color_by", toml_text, nullptr, false},
-    {"--passes", "WORDS", "Beside each frame: depth,normal,body,motion,alpha (OpenEXR), rgba,depth16 (PNG); see output.passes",
+    {"--passes", "WORDS", "Beside each frame: depth,normal,body,motion,alpha (OpenEXR), rgba,depth16,rgb16 (PNG); see output.passes",
      &Options::passes, "output.passes", toml_words, nullptr, false},
     {"--record-every", "N", "Steps a record of the trajectory; 0: one record a frame", &Options::record_every,
      "output.record_every", toml_count, "a number of steps >= 0", true},

@@ -42,7 +42,7 @@ void remove_frame_parts(const fs::path& folder) {
 
 bool is_frame_name(std::string_view name) {
     constexpr std::string_view prefix = "frame_";
-    for (const std::string_view suffix : {".bodies.json", ".bodies.png", ".rgba.png", ".depth.png", ".exr", ".png"}) {
+    for (const std::string_view suffix : {".bodies.json", ".bodies.png", ".rgba.png", ".depth.png", ".rgb16.png", ".exr", ".png"}) {
         if (name.size() > prefix.size() + suffix.size() && name.starts_with(prefix) && name.ends_with(suffix)) {
             const std::string_view digits =
                 name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());

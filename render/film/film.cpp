@@ -47,6 +47,7 @@ private:
 RenderSettings film_settings(const sim::OutputDef& output, bool writes_bodies) {
     RenderSettings settings = render_settings(output);
     settings.reads_ids = settings.smooth_edges || writes_bodies || output.has_passes();
+    settings.is_deep = output.has(sim::PicturePass::rgb16);
     return settings;
 }
 
@@ -95,6 +96,7 @@ namespace {
 constexpr std::string_view exr_suffix = ".exr";
 constexpr std::string_view rgba_suffix = ".rgba.png";
 constexpr std::string_view depth_suffix = ".depth.png";
+constexpr std::string_view deep_suffix = ".rgb16.png";
 
 std::vector<std::string_view> pass_suffixes(const sim::OutputDef& output) {
     using enum sim::PicturePass;
@@ -108,6 +110,9 @@ std::vector<std::string_view> pass_suffixes(const sim::OutputDef& output) {
     if (output.has(depth16)) {
         suffixes.push_back(depth_suffix);
     }
+    if (output.has(rgb16)) {
+        suffixes.push_back(deep_suffix);
+    }
     return suffixes;
 }
 
@@ -117,6 +122,9 @@ std::vector<std::uint8_t> pass_file(std::string_view suffix, const PassSource& s
     }
     if (suffix == depth_suffix) {
         return encode_png(PngKind::gray16, output.width, output.height, depth16_samples(source));
+    }
+    if (suffix == deep_suffix) {
+        return encode_png(PngKind::rgb16, output.width, output.height, rgb16_samples(source));
     }
     return encode_exr(make_passes(source, output), output.width, output.height);
 }

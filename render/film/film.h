@@ -36,7 +36,7 @@ std::string film_file_name(const sim::SceneDef& scene);
 /// "frames/frame_000000.png", relative to the folder of the run.
 std::string frame_file_name(std::int64_t frame);
 
-/// The same of its passes: "frames/frame_000000.exr", "frames/frame_000000.rgba.png", "frames/frame_000000.depth.png".
+/// The same of its passes: "frames/frame_000000.exr", "frames/frame_000000.rgba.png", ...
 std::vector<std::string> pass_file_names(const sim::OutputDef& output, std::int64_t frame);
 
 struct FilmSettings {

@@ -1,5 +1,6 @@
 #include "render/picture/edges.h"
 
+#include "render/picture/edge_finder.h"
 #include "render/scene/float4.h"
 #include "render/scene/mesh.h"
 #include "sim/base/error.h"
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace render {
 
@@ -335,11 +337,7 @@ struct Candidates {
     std::array<Int4, 9> color; ///< sum over the pixels; the fourth means nothing
     std::array<int, 9> pixels;
 
-    void add(std::uint32_t part, const std::uint8_t* rgba) {
-        using Byte4 = std::uint8_t __attribute__((vector_size(4)));
-        Byte4 bytes;
-        std::memcpy(&bytes, rgba, sizeof(bytes));
-        const Int4 here = __builtin_convertvector(bytes, Int4);
+    void add(std::uint32_t part, Int4 here) {
         int k = 0;
         while (k < count && id[k] != part) {
             ++k;
@@ -357,16 +355,32 @@ struct Candidates {
 };
 
 /// Colours and part numbers of one row and its neighbours; the picture's border repeats.
+template <class Sample>
 struct RowWindow {
     std::array<const std::uint32_t*, 3> ids;
-    std::array<const std::uint8_t*, 3> rgba;
+    std::array<const Sample*, 3> rgba;
     int width;
 };
 
-Candidates collect(const RowWindow& rows, int x) {
+/// Four samples as they lie in memory.
+template <class Vector, class Sample>
+Int4 widened(const Sample* rgba) {
+    Vector samples;
+    std::memcpy(&samples, rgba, sizeof(samples));
+    return __builtin_convertvector(samples, Int4);
+}
+Int4 color_at(const std::uint8_t* rgba) {
+    return widened<std::uint8_t __attribute__((vector_size(4)))>(rgba);
+}
+Int4 color_at(const std::uint16_t* rgba) {
+    return widened<std::uint16_t __attribute__((vector_size(8)))>(rgba);
+}
+
+template <class Sample>
+Candidates collect(const RowWindow<Sample>& rows, int x) {
     Candidates found;
     const auto add = [&](int row, int column) {
-        found.add(rows.ids[row][column], rows.rgba[row] + 4 * static_cast<std::size_t>(column));
+        found.add(rows.ids[row][column], color_at(rows.rgba[row] + 4 * static_cast<std::size_t>(column)));
     };
     const int left = std::max(x - 1, 0);
     const int right = std::min(x + 1, rows.width - 1);
@@ -382,7 +396,8 @@ Candidates collect(const RowWindow& rows, int x) {
 }
 
 /// Mean of the eight samples of the pixel whose centre is at `pixel`.
-void smooth_pixel(const PartTable& parts, const Candidates& found, const glm::vec2& pixel, std::uint8_t* to) {
+template <class Sample>
+void smooth_pixel(const PartTable& parts, const Candidates& found, const glm::vec2& pixel, Sample* to) {
     Samples samples;
     for (int k = 0; k < found.count; ++k) {
         parts.follow(found.id[k], k, pixel, samples);
@@ -396,73 +411,39 @@ void smooth_pixel(const PartTable& parts, const Candidates& found, const glm::ve
     }
     const Int4 mean = __builtin_convertvector(sum + all(0.5f), Int4);
     for (int c = 0; c < 3; ++c) {
-        to[c] = static_cast<std::uint8_t>(mean[c]);
+        to[c] = static_cast<Sample>(mean[c]);
     }
 }
 
-/// Finds the pixels of a row around which, in 3 x 3, there is more than one part.
-class EdgeFinder {
-public:
-    explicit EdgeFinder(int width)
-        : differs_across_(static_cast<std::size_t>(width) + 2), differs_along_(static_cast<std::size_t>(width) + 1),
-          is_edge_(static_cast<std::size_t>(width)) {}
-
-    /// 1 for each such pixel of the middle row, 0 for the others. The loops are written such that compilers vectorize them.
-    const std::vector<std::uint8_t>& find(const RowWindow& rows) {
-        const auto [below, here, above] = rows.ids;
-        const int width = rows.width;
-        std::uint8_t* const across = differs_across_.data(); // one element more at both ends
-        for (int x = 0; x < width; ++x) {
-            across[x + 1] = (here[x] != below[x]) | (here[x] != above[x]);
-        }
-        std::uint8_t* const along = differs_along_.data(); // element x + 1 tells of the pixels x and x + 1
-        for (int x = 0; x + 1 < width; ++x) {
-            along[x + 1] = here[x] != here[x + 1];
-        }
-        std::uint8_t* const to = is_edge_.data();
-        for (int x = 0; x < width; ++x) {
-            to[x] = across[x] | across[x + 1] | across[x + 2] | along[x] | along[x + 1];
-        }
-        return is_edge_;
-    }
-
-private:
-    std::vector<std::uint8_t> differs_across_;
-    std::vector<std::uint8_t> differs_along_;
-    std::vector<std::uint8_t> is_edge_;
-};
-
-} // namespace
-
-Image flipped(const RawPicture& raw) {
-    Image image(raw.width, raw.height);
+/// Without alpha, top row first.
+template <class Sample>
+std::vector<Sample> flipped_samples(const RawPicture& raw, const std::vector<Sample>& rgba) {
+    std::vector<Sample> rgb(static_cast<std::size_t>(raw.width) * static_cast<std::size_t>(raw.height) * 3);
     for (int y = 0; y < raw.height; ++y) {
-        const std::uint8_t* from =
-            raw.rgba.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 4;
-        std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(y) * raw.width * 3;
-        // Four bytes at a time: the fourth is overwritten by the next pixel.
+        const Sample* from = rgba.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 4;
+        Sample* to = rgb.data() + static_cast<std::size_t>(y) * raw.width * 3;
+        // Four samples at a time: the fourth is overwritten by the next pixel.
         for (int x = 0; x + 1 < raw.width; ++x) {
-            std::memcpy(to + 3 * x, from + 4 * x, 4);
+            std::memcpy(to + 3 * x, from + 4 * x, 4 * sizeof(Sample));
         }
-        std::memcpy(to + 3 * (raw.width - 1), from + 4 * (raw.width - 1), 3);
+        std::memcpy(to + 3 * (raw.width - 1), from + 4 * (raw.width - 1), 3 * sizeof(Sample));
     }
-    return image;
+    return rgb;
 }
 
-Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list,
-                   const Viewport& viewport) {
-    const PartTable parts(viewport, geometry, list);
-    Image image = flipped(raw);
+template <class Sample>
+std::vector<Sample> smooth_samples(const RawPicture& raw, const std::vector<Sample>& rgba, const PartTable& parts) {
+    std::vector<Sample> rgb = flipped_samples(raw, rgba);
     EdgeFinder edges(raw.width);
     for (int y = 0; y < raw.height; ++y) {
-        RowWindow rows{{}, {}, raw.width};
+        RowWindow<Sample> rows{{}, {}, raw.width};
         for (int k = 0; k < 3; ++k) {
             const auto row = static_cast<std::size_t>(std::clamp(y + k - 1, 0, raw.height - 1)) * raw.width;
             rows.ids[k] = raw.ids.data() + row;
-            rows.rgba[k] = raw.rgba.data() + 4 * row;
+            rows.rgba[k] = rgba.data() + 4 * row;
         }
-        std::uint8_t* to = image.rgb.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 3;
-        const std::vector<std::uint8_t>& is_edge = edges.find(rows);
+        Sample* to = rgb.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 3;
+        const std::vector<std::uint8_t>& is_edge = edges.find(rows.ids);
         // Most pixels are none: memchr finds the next that is.
         const std::uint8_t* end = is_edge.data() + raw.width;
         for (const std::uint8_t* at = is_edge.data();
@@ -475,7 +456,35 @@ Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const D
             smooth_pixel(parts, found, pixel, to + 3 * x);
         }
     }
+    return rgb;
+}
+
+Image image_of(const RawPicture& raw, std::vector<std::uint8_t> rgb) {
+    Image image;
+    image.width = raw.width;
+    image.height = raw.height;
+    image.rgb = std::move(rgb);
     return image;
+}
+
+} // namespace
+
+Image flipped(const RawPicture& raw) {
+    return image_of(raw, flipped_samples(raw, raw.rgba));
+}
+
+std::vector<std::uint16_t> flipped_deep(const RawPicture& raw) {
+    return flipped_samples(raw, raw.deep);
+}
+
+Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list,
+                   const Viewport& viewport) {
+    return image_of(raw, smooth_samples(raw, raw.rgba, PartTable(viewport, geometry, list)));
+}
+
+std::vector<std::uint16_t> smooth_edges_deep(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list,
+                                             const Viewport& viewport) {
+    return smooth_samples(raw, raw.deep, PartTable(viewport, geometry, list));
 }
 
 } // namespace render

@@ -22,14 +22,18 @@ struct RawPicture {
     int height = 0;                 ///< [px]
     std::vector<std::uint8_t> rgba; ///< [height * width * 4]
     std::vector<std::uint32_t> ids; ///< [height * width] as in DrawList; 0: sky
+    std::vector<std::uint16_t> deep; ///< as rgba, 16 bits; empty unless RenderSettings asks for them
 };
 
 /// The rectangle as it is, top row first.
 Image flipped(const RawPicture& raw);
+std::vector<std::uint16_t> flipped_deep(const RawPicture& raw);
 
 /// The rectangle with smooth edges, top row first. Its outermost pixels are right only at the picture's own border.
 /// geometry, list: what it was drawn from.
 Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list,
                    const Viewport& viewport);
+std::vector<std::uint16_t> smooth_edges_deep(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list,
+                                             const Viewport& viewport);
 
 } // namespace render

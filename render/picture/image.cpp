@@ -89,7 +89,14 @@ std::vector<std::uint8_t> encode_png(const Image& image) {
 std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::span<const std::uint8_t> samples,
                                      std::span<const TextLine> texts) {
     CHECK(width > 0 && height > 0);
-    const std::size_t pixel_bytes = kind == PngKind::rgb8 ? 3 : kind == PngKind::rgba8 ? 4 : 2;
+    /// Bytes a pixel, bits a channel, colour type (0: gray, 2: RGB, 6: RGBA).
+    struct Format {
+        std::size_t pixel_bytes;
+        std::uint8_t bits;
+        std::uint8_t type;
+    };
+    constexpr std::array<Format, 4> formats{{{3, 8, 2}, {4, 8, 6}, {2, 16, 0}, {6, 16, 2}}};
+    const auto [pixel_bytes, bits, type] = formats.at(static_cast<std::size_t>(kind));
     const std::size_t row_bytes = static_cast<std::size_t>(width) * pixel_bytes;
     CHECK(samples.size() == row_bytes * static_cast<std::size_t>(height));
 
@@ -104,12 +111,10 @@ std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::s
 
     const std::vector<std::uint8_t> packed = deflated({raw.get(), raw_bytes});
 
-    // Bits a channel, colour type (0: gray, 2: RGB, 6: RGBA), deflate, adaptive filtering, not interlaced.
-    std::array<std::uint8_t, 13> header{0, 0, 0, 0, 0, 0, 0, 0, 8, 2, 0, 0, 0};
+    // After the size bits and type, deflate, adaptive filtering, not interlaced.
+    std::array<std::uint8_t, 13> header{0, 0, 0, 0, 0, 0, 0, 0, bits, type, 0, 0, 0};
     put_u32(header.data(), static_cast<std::uint32_t>(width));
     put_u32(header.data() + 4, static_cast<std::uint32_t>(height));
-    header[8] = kind == PngKind::gray16 ? 16 : 8;
-    header[9] = kind == PngKind::rgb8 ? 2 : kind == PngKind::rgba8 ? 6 : 0;
 
     std::vector<std::uint8_t> file;
     file.reserve(packed.size() + 64);

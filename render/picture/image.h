@@ -32,8 +32,8 @@ struct Image {
 /// The bytes of a PNG file, its texts too: a comparison reads them. Same picture, same bytes.
 std::vector<std::uint8_t> encode_png(const Image& image);
 
-/// Samples of a PNG file: 8 bits a channel, alpha not multiplied in; or one channel of 16 bits, the high byte first.
-enum class PngKind { rgb8, rgba8, gray16 };
+/// Samples of a PNG file: 8 bits a channel, alpha not multiplied in; or 16 bits, the high byte first.
+enum class PngKind { rgb8, rgba8, gray16, rgb16 };
 std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::span<const std::uint8_t> samples,
                                      std::span<const TextLine> texts = {});
 

@@ -263,6 +263,15 @@ std::vector<std::uint8_t> depth16_samples(const PassSource& source) {
     return samples;
 }
 
+std::vector<std::uint8_t> rgb16_samples(const PassSource& source) {
+    std::vector<std::uint8_t> samples;
+    for (const std::uint16_t value : source.plan.deep_picture(source.raw, source.list)) {
+        samples.push_back(static_cast<std::uint8_t>(value >> 8));
+        samples.push_back(static_cast<std::uint8_t>(value & 255u));
+    }
+    return samples;
+}
+
 std::vector<Channel> make_passes(const PassSource& source, const sim::OutputDef& output) {
     const PassMaker maker(source);
     std::vector<Channel> channels;

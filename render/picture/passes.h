@@ -32,6 +32,8 @@ struct PassSource {
 /// first, 65535 from there on.
 std::vector<std::uint8_t> rgba_samples(const PassSource& source);
 std::vector<std::uint8_t> depth16_samples(const PassSource& source);
+/// The picture, RGB of 16 bits, the high byte first.
+std::vector<std::uint8_t> rgb16_samples(const PassSource& source);
 
 /// Channels of those passes of OpenEXR files that the scene's output asks for.
 std::vector<Channel> make_passes(const PassSource& source, const sim::OutputDef& output);

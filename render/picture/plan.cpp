@@ -44,6 +44,11 @@ Image PicturePlan::picture(const RawPicture& raw, const DrawList& list) const {
     return settings_.smooth_edges ? smooth_edges(raw, geometry_, list, viewport_) : flipped(raw);
 }
 
+std::vector<std::uint16_t> PicturePlan::deep_picture(const RawPicture& raw, const DrawList& list) const {
+    CHECK(settings_.is_deep);
+    return settings_.smooth_edges ? smooth_edges_deep(raw, geometry_, list, viewport_) : flipped_deep(raw);
+}
+
 std::vector<std::uint32_t> body_ids(const RawPicture& raw, const DrawList& list) {
     std::vector<std::uint32_t> bodies;
     bodies.reserve(raw.ids.size());

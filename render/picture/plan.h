@@ -21,6 +21,7 @@ struct RenderSettings {
     bool soft_shadows = true; ///< edges four texels wide; else two
     bool smooth_edges = true;
     bool reads_ids = true;         ///< part numbers too, for smooth edges and body_ids()
+    bool is_deep = false;          ///< colours of 16 bits too: drawn once more
     std::string shader_lines = {}; ///< placed before the text of the shaders of all surfaces and the sky
 };
 
@@ -44,6 +45,8 @@ public:
     glm::dmat4 clip_from_world(const sim::Snapshot& snapshot) const;
     /// The picture of what was drawn of the list.
     Image picture(const RawPicture& raw, const DrawList& list) const;
+    /// The same in 16 bits, of settings that ask for it: RGB, top row first.
+    std::vector<std::uint16_t> deep_picture(const RawPicture& raw, const DrawList& list) const;
 
     const Viewport& viewport() const { return viewport_; }
     const SceneGeometry& geometry() const { return geometry_; }

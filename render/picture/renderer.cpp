@@ -4,6 +4,7 @@
 #include "render/gl/handles.h"
 #include "render/gl/mesh.h"
 #include "render/gl/shader.h"
+#include "render/gl/target.h"
 #include "render/picture/picture_reader.h"
 #include "render/scene/mesh.h"
 #include "render/scene/parts.h"
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <deque>
 #include <map>
 #include <utility>
 
@@ -81,43 +83,6 @@ void bind_texture(int texture_unit, GLenum target, const GlTexture& texture) {
     glBindTexture(target, texture.get());
 }
 
-/// Colour, part numbers and depth of the picture.
-struct Target {
-    GlFramebuffer framebuffer;
-    GlRenderbuffer color;
-    GlRenderbuffer ids;
-    GlRenderbuffer depth;
-};
-
-void check_framebuffer() {
-    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-        throw sim::Error(sim::ExitCode::io, "OpenGL refuses the framebuffer");
-    }
-}
-
-/// Part numbers only where they are used.
-Target make_target(const Viewport& viewport, bool has_ids) {
-    Target target;
-    target.framebuffer = GlFramebuffer::create();
-    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.get());
-    const auto attach = [&](GLenum attachment, GLenum format) {
-        GlRenderbuffer buffer = GlRenderbuffer::create();
-        glBindRenderbuffer(GL_RENDERBUFFER, buffer.get());
-        glRenderbufferStorage(GL_RENDERBUFFER, format, viewport.width, viewport.height);
-        glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer.get());
-        return buffer;
-    };
-    target.color = attach(GL_COLOR_ATTACHMENT0, GL_RGBA8);
-    if (has_ids) {
-        target.ids = attach(GL_COLOR_ATTACHMENT1, GL_R32UI);
-    }
-    target.depth = attach(GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT32F);
-    constexpr GLenum attachments[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-    glDrawBuffers(has_ids ? 2 : 1, attachments);
-    check_framebuffer();
-    return target;
-}
-
 /// From clip coordinates (-1..1 across, 0..1 in depth) to texture coordinates.
 glm::mat4 texture_from_clip() {
     glm::mat4 result(1.0f);
@@ -149,6 +114,8 @@ struct Renderer::Impl {
     GlTexture occlusion_floor;
     GlTexture sky_atlas;
     Target picture;
+    Target deep_picture;
+    std::deque<std::vector<std::uint16_t>> deep; ///< of pictures that are begun and not finished
     GlFramebuffer shadow_framebuffer;
     GlTexture shadow_map;
 
@@ -222,7 +189,10 @@ struct Renderer::Impl {
     }
 
     void make_targets() {
-        picture = make_target(viewport, plan->settings().reads_ids);
+        picture = make_target(viewport.width, viewport.height, plan->settings().reads_ids, GL_RGBA8);
+        if (plan->settings().is_deep) {
+            deep_picture = make_target(viewport.width, viewport.height, false, GL_RGBA16);
+        }
         for (GlTexture& level : occlusion) {
             level = make_float_texture(GL_TEXTURE_3D, 0.0f);
         }
@@ -245,7 +215,11 @@ struct Renderer::Impl {
     void begin(const DrawList& list, bool has_depth) {
         upload_frame(list);
         draw_shadow_map(list);
-        draw_picture(list);
+        if (plan->settings().is_deep) {
+            draw_picture(list, deep_picture);
+            read_deep(list.redrawn);
+        }
+        draw_picture(list, picture); // the last: it is read later
         reader.begin(list.camera.clip_from_world, list.redrawn, has_depth);
         if (!context.is_software()) {
             glFlush(); // the card begins
@@ -255,6 +229,10 @@ struct Renderer::Impl {
 
     void finish(RawPicture& to, DepthPicture& depth) {
         reader.finish(to, depth);
+        if (!deep.empty()) {
+            to.deep = std::move(deep.front());
+            deep.pop_front();
+        }
         context.check("reading a frame");
     }
 
@@ -366,8 +344,14 @@ struct Renderer::Impl {
             .first->second;
     }
 
-    void draw_picture(const DrawList& list) {
-        glBindFramebuffer(GL_FRAMEBUFFER, picture.framebuffer.get());
+    void read_deep(const PixelRect& rect) {
+        deep.emplace_back(4 * static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
+        glReadBuffer(GL_COLOR_ATTACHMENT0);
+        glReadPixels(rect.x, rect.y, rect.width, rect.height, GL_RGBA, GL_UNSIGNED_SHORT, deep.back().data());
+    }
+
+    void draw_picture(const DrawList& list, const Target& target) {
+        glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.get());
         glViewport(0, 0, viewport.width, viewport.height);
         draw_only(list.redrawn);
         // Depth 1 is near, 0 far (see CameraBlock).

@@ -168,8 +168,8 @@ struct SpeedKey {
 };
 
 /// What is written beside each frame; the words of `output.passes`, in this order.
-enum class PicturePass { depth, normal, body, motion, alpha, rgba, depth16 };
-inline constexpr int pass_count = 7;
+enum class PicturePass { depth, normal, body, motion, alpha, rgba, depth16, rgb16 };
+inline constexpr int pass_count = 8;
 
 struct OutputDef {
     int width = 1280;                          ///< [px] 1..16384

@@ -210,8 +210,8 @@ SectionSpec output_section() {
                 {"subframes", integer, "", "8", "pictures that a blurred frame is the mean of", {1, 256}, ""},
                 {"passes", words, "", "[]",
                  "beside each frame, as 32-bit OpenEXR: `depth`, `normal`, `body`, `motion`, `alpha`; as PNG: `rgba`, bodies "
-                 "before nothing, and `depth16`, millimetres; not of blurred frames; what the numbers mean: "
-                 "render/film/README.md", any, "depth normal body motion alpha rgba depth16"},
+                 "before nothing, `depth16`, millimetres, and `rgb16`, the picture in 16 bits; not of blurred frames; what "
+                 "the numbers mean: render/film/README.md", any, "depth normal body motion alpha rgba depth16 rgb16"},
                 {"fps", fraction, "1/s", "60", "frame k shows step round(k / (fps h))", {0.0, 1e4, true}, ""},
                 {"duration",
                  fraction,

@@ -136,20 +136,22 @@ TEST_F(overlay_program, an_animation_has_the_size_and_rate_asked_for) {
 }
 
 TEST_F(overlay_program, passes_lie_beside_their_frames_until_a_run_without_them) {
-    ASSERT_EQ(tumble("run block.toml --out p --no-video --passes depth,rgba,depth16").code, 0);
+    ASSERT_EQ(tumble("run block.toml --out p --no-video --passes depth,rgba,depth16,rgb16").code, 0);
     std::set<std::string> found = files_in("p/block");
-    for (const char* name : {"frames/frame_000007.exr", "frames/frame_000007.rgba.png", "frames/frame_000007.depth.png"}) {
+    for (const char* name : {"frames/frame_000007.exr", "frames/frame_000007.rgba.png", "frames/frame_000007.depth.png",
+                             "frames/frame_000007.rgb16.png"}) {
         EXPECT_TRUE(found.contains(name)) << name;
     }
     // One that is missing is drawn again.
     std::filesystem::remove(folder / "p/block/frames/frame_000003.depth.png");
-    ASSERT_EQ(tumble("run block.toml --out p --no-video --passes depth,rgba,depth16 --resume").code, 0);
+    ASSERT_EQ(tumble("run block.toml --out p --no-video --passes depth,rgba,depth16,rgb16 --resume").code, 0);
     EXPECT_EQ(files_in("p/block"), found);
     ASSERT_EQ(tumble("run block.toml --out p --no-video --passes rgba").code, 0);
     found = files_in("p/block");
     EXPECT_TRUE(found.contains("frames/frame_000007.rgba.png"));
     EXPECT_FALSE(found.contains("frames/frame_000007.exr"));
     EXPECT_FALSE(found.contains("frames/frame_000007.depth.png"));
+    EXPECT_FALSE(found.contains("frames/frame_000007.rgb16.png"));
 }
 
 TEST_F(overlay_program, stills_without_the_frames_are_refused) {

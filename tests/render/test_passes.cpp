@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <set>
 
 namespace {
 
@@ -39,7 +40,8 @@ sim::SceneDef shapes() {
 /// Calls use(source) with what a film would hand to the passes of a scene's start.
 void with_passes(const sim::SceneDef& scene, double frame_time, const auto& use) {
     const sim::Snapshot snapshot = sample::start(scene);
-    const auto plan = std::make_shared<const render::PicturePlan>(scene, passes_width, passes_height);
+    const auto plan = std::make_shared<const render::PicturePlan>(scene, passes_width, passes_height,
+                                                                render::RenderSettings{.is_deep = true});
     const render::DrawList list = plan->list(snapshot);
     render::Renderer renderer(plan);
     render::RawPicture raw;
@@ -167,6 +169,22 @@ TEST(passes, bodies_before_nothing_keep_their_colour_at_their_edges) {
             EXPECT_EQ(color.rgb.at(3 * pixel + 1), of(pixel, 1));
             EXPECT_EQ(gray.rgb.at(3 * pixel), depth.at(2 * pixel));
         }
+    });
+}
+
+TEST(passes, picture_in_16_bits_is_the_frame_with_more_levels) {
+    with_passes(shapes(), 0.1, [&](const render::PassSource& source) {
+        const render::Image frame = source.plan.picture(source.raw, source.list);
+        const std::vector<std::uint8_t> samples = render::rgb16_samples(source);
+        ASSERT_EQ(samples.size(), 2 * frame.rgb.size());
+        std::set<int> between; // sixteenths of a level
+        for (std::size_t k = 0; k < frame.rgb.size(); ++k) {
+            const double level = (256 * samples[2 * k] + samples[2 * k + 1]) / 257.0;
+            ASSERT_NEAR(level, frame.rgb[k], 1.01) << k; // at edges the frame's colours were rounded twice
+            between.insert(static_cast<int>(16.0 * (level - std::floor(level))));
+        }
+        EXPECT_EQ(between.size(), 16u);
+        EXPECT_EQ(render::encode_png(render::PngKind::rgb16, passes_width, passes_height, samples).at(24), 16);
     });
 }
 
