@@ -94,19 +94,17 @@ std::vector<bool> measure_raw(const Picture& a, const Picture& b, DifferenceMap&
     return has_differences;
 }
 
-/// The largest step of a channel from each pixel of a or b to the next one in x or y.
-void measure_steps(const Picture& a, const Picture& b, std::vector<std::uint8_t>& steps) {
+/// Row y of the largest step of a channel from each pixel of a or b to the next one in x or y. largest: memory.
+void measure_steps(const Picture& a, const Picture& b, int y, Bytes& largest, std::vector<std::uint8_t>& steps) {
     const std::size_t n = row_bytes(a);
-    Bytes largest(n);
-    for (int y = 0; y < a.height; ++y) {
-        std::uint8_t* most = largest.data();
-        absolute_difference(row_of(a, y), row_of(a, y + 1), n, most);
-        raise_to_difference(row_of(a, y), row_of(a, y) + 3, n - 3, most);
-        raise_to_difference(row_of(b, y), row_of(b, y + 1), n, most);
-        raise_to_difference(row_of(b, y), row_of(b, y) + 3, n - 3, most);
-        const auto width = static_cast<std::size_t>(a.width);
-        largest_channel(most, width, steps.data() + width * static_cast<std::size_t>(y));
-    }
+    largest.resize(n);
+    std::uint8_t* most = largest.data();
+    absolute_difference(row_of(a, y), row_of(a, y + 1), n, most);
+    raise_to_difference(row_of(a, y), row_of(a, y) + 3, n - 3, most);
+    raise_to_difference(row_of(b, y), row_of(b, y + 1), n, most);
+    raise_to_difference(row_of(b, y), row_of(b, y) + 3, n - 3, most);
+    const auto width = static_cast<std::size_t>(a.width);
+    largest_channel(most, width, steps.data() + width * static_cast<std::size_t>(y));
 }
 
 /// For each row whether one within `reach` is set.
@@ -135,12 +133,49 @@ struct Sums {
     explicit Sums(const Picture& picture) : drift(picture), squares(picture) {}
 };
 
+/// Makes and measures the smooth pictures of a map, row by row.
+class RowMeasurer {
+public:
+    explicit RowMeasurer(DifferenceMap& map) : map_(map), channels_(row_bytes(map.reference)) {}
+
+    void smooth(const Picture& a, const Picture& b, int y) {
+        const std::size_t first = channels_.size() * static_cast<std::size_t>(y);
+        smooth_row(a, y, columns_, map_.reference.rgb.data() + first);
+        smooth_row(b, y, columns_, map_.candidate.rgb.data() + first);
+    }
+
+    /// Smooth difference and excess; the rows above and below are smooth already.
+    void measure(int y, Sums* sums) {
+        const std::size_t n = channels_.size();
+        const auto width = static_cast<std::size_t>(map_.width);
+        Row pa = row_of(map_.reference, y);
+        Row pb = row_of(map_.candidate, y);
+        absolute_difference(pa, pb, n, channels_.data());
+        largest_channel(channels_.data(), width, map_.smooth.data() + width * static_cast<std::size_t>(y));
+        range_a_.compute(map_.reference, y);
+        range_b_.compute(map_.candidate, y);
+        std::fill(channels_.begin(), channels_.end(), std::uint8_t{0});
+        raise_excess(pa, pb, range_a_.row(), n, channels_.data());
+        raise_excess(pb, pa, range_b_.row(), n, channels_.data());
+        largest_channel(channels_.data(), width, map_.excess.data() + width * static_cast<std::size_t>(y));
+        if (sums != nullptr) {
+            sums->drift.add_row(pa, pb, range_a_.row(), range_b_.row(), y);
+        }
+    }
+
+private:
+    DifferenceMap& map_;
+    std::vector<std::uint16_t> columns_;
+    Range range_a_;
+    Range range_b_;
+    Bytes channels_;
+};
+
 /// All of the map but its drift and squares. sums: adds the rows, and has the steps measured; null if neither is wanted.
 void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, Sums* sums) {
     map.width = a.width;
     map.height = a.height;
-    const auto width = static_cast<std::size_t>(a.width);
-    const std::size_t pixels = width * static_cast<std::size_t>(a.height);
+    const std::size_t pixels = static_cast<std::size_t>(a.width) * static_cast<std::size_t>(a.height);
     map.raw.resize(pixels);
     map.smooth.assign(pixels, 0);
     map.excess.assign(pixels, 0);
@@ -153,57 +188,34 @@ void measure_maps(const Picture& a, const Picture& b, DifferenceMap& map, Sums* 
     if (map.largest <= rounding_levels) {
         return;
     }
-    if (sums != nullptr) {
-        measure_steps(a, b, map.steps);
-    }
-
     set_size(map.reference, a);
     set_size(map.candidate, b);
     const std::vector<bool> needs_smooth = widened(has_differences, shift_reach);
-    const std::size_t n = row_bytes(a);
-    std::vector<std::uint16_t> columns;
-    for (int y = 0; y < a.height; ++y) {
-        if (needs_smooth[static_cast<std::size_t>(y)]) {
-            smooth_row(a, y, columns, map.reference.rgb.data() + n * static_cast<std::size_t>(y));
-            smooth_row(b, y, columns, map.candidate.rgb.data() + n * static_cast<std::size_t>(y));
-        }
-    }
-
     const std::vector<bool> needs_excess = widened(has_differences, weight_reach);
-    Range range_a;
-    Range range_b;
-    Bytes channels(n);
-    for (int y = 0; y < a.height; ++y) {
-        if (!needs_excess[static_cast<std::size_t>(y)]) {
-            continue;
-        }
-        Row pa = row_of(map.reference, y);
-        Row pb = row_of(map.candidate, y);
-        absolute_difference(pa, pb, n, channels.data());
-        largest_channel(channels.data(), width, map.smooth.data() + width * static_cast<std::size_t>(y));
-        range_a.compute(map.reference, y);
-        range_b.compute(map.candidate, y);
-        std::fill(channels.begin(), channels.end(), std::uint8_t{0});
-        raise_excess(pa, pb, range_a.row(), n, channels.data());
-        raise_excess(pb, pa, range_b.row(), n, channels.data());
-        largest_channel(channels.data(), width, map.excess.data() + width * static_cast<std::size_t>(y));
-        if (sums != nullptr) {
-            sums->drift.add_row(pa, pb, range_a.row(), range_b.row(), y);
-        }
-    }
-    if (sums == nullptr) {
-        return;
-    }
-    sums->drift.finish_band();
     // Of whole windows, so that the steps of rows without differences count.
     const std::vector<bool> needs_squares = widened(has_differences, shift_window);
-    for (int y = 0; y < a.height; ++y) {
-        if (needs_squares[static_cast<std::size_t>(y)]) {
-            sums->squares.add_row(map.reference, map.candidate, y);
+    RowMeasurer measurer(map);
+    Bytes memory;
+    // One row is measured when the next one is smooth, while both are in the processor's caches.
+    for (int y = 0; y <= a.height; ++y) {
+        if (y < a.height && needs_smooth[static_cast<std::size_t>(y)]) {
+            measurer.smooth(a, b, y);
+        }
+        if (y < a.height && sums != nullptr) {
+            measure_steps(a, b, y, memory, map.steps);
+        }
+        if (y > 0 && needs_excess[static_cast<std::size_t>(y - 1)]) {
+            measurer.measure(y - 1, sums);
+        }
+        if (y > 0 && sums != nullptr && needs_squares[static_cast<std::size_t>(y - 1)]) {
+            sums->squares.add_row(map.reference, map.candidate, y - 1);
         }
     }
-    sums->squares.finish_band();
-    map.squares = sums->squares.cells();
+    if (sums != nullptr) {
+        sums->drift.finish_band();
+        sums->squares.finish_band();
+        map.squares = sums->squares.cells();
+    }
 }
 
 } // namespace

@@ -321,15 +321,13 @@ IndexedPicture difference_picture(const PairMemory& memory) {
         show_areas(a, b, picture);
         return picture;
     }
-    Row excess = memory.map.excess.data();
-    Row raw = memory.map.raw.data();
-    std::uint8_t* indices = picture.indices.data();
-    quarter_grey(b.rgb.data(), picture.indices.size(), indices);
-    for (std::size_t i = 0; i < picture.indices.size(); ++i) {
-        const auto level = static_cast<std::uint8_t>(raw[i] >> 2); // of ramp
-        const auto noise = raw[i] > rounding_levels ? static_cast<std::uint8_t>(first_noise + level) : indices[i];
-        indices[i] = excess[i] > counted_levels ? static_cast<std::uint8_t>(first_counted + level) : noise;
-    }
+    quarter_grey(b.rgb.data(), picture.indices.size(), picture.indices.data());
+    const auto show = [&](const std::vector<std::uint8_t>& values, int above, int first) {
+        replace_above(values.data(), {memory.map.raw.data(), static_cast<std::uint8_t>(above), static_cast<std::uint8_t>(first)},
+                      picture.indices.size(), picture.indices.data());
+    };
+    show(memory.map.raw, rounding_levels, first_noise);
+    show(memory.map.excess, counted_levels, first_counted);
     return picture;
 }
 

@@ -1,5 +1,7 @@
 #include "render/compare/rows.h"
 
+#include <cstdlib>
+
 // Loops that compilers turn into vector instructions: no branches, no wider numbers, three arguments two by two. Each is
 // compiled for all processors, and once more for those with vectors of 32 bytes, with the same results.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
@@ -95,7 +97,7 @@ ROW_LOOP void sum_five_pixels(const std::uint16_t* s, std::size_t n, std::uint8_
 ROW_LOOP std::uint32_t sum_of_differences(Row a, Row b, std::size_t n) {
     std::uint32_t sum = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        sum += static_cast<std::uint32_t>(a[i] > b[i] ? a[i] - b[i] : b[i] - a[i]);
+        sum += static_cast<std::uint32_t>(std::abs(a[i] - b[i]));
     }
     return sum;
 }
@@ -160,9 +162,18 @@ ROW_LOOP void quarter_grey(Row channels, std::size_t pixels, std::uint8_t* __res
     }
 }
 
-ROW_LOOP void add_row(Row row, std::size_t n, std::uint32_t* __restrict sums) {
+ROW_LOOP void replace_above(Row values, Ramp ramp, std::size_t n, std::uint8_t* __restrict out) {
+    Row shown = ramp.shown;
+    const std::uint8_t above = ramp.above, first = ramp.first;
     for (std::size_t i = 0; i < n; ++i) {
-        sums[i] += row[i];
+        const auto index = static_cast<std::uint8_t>(first + (shown[i] >> 2));
+        out[i] = values[i] > above ? index : out[i];
+    }
+}
+
+ROW_LOOP void add_row(Row row, std::size_t n, std::uint16_t* __restrict sums) {
+    for (std::size_t i = 0; i < n; ++i) {
+        sums[i] = static_cast<std::uint16_t>(sums[i] + row[i]);
     }
 }
 

@@ -72,7 +72,15 @@ void add_squares(Row values, std::size_t n, std::uint32_t* sums);
 /// A quarter of each pixel's brightness, 0 to 63.
 void quarter_grey(Row channels, std::size_t pixels, std::uint8_t* out);
 
-/// Sums of columns of bytes.
-void add_row(Row row, std::size_t n, std::uint32_t* sums);
+/// Where a value is above `above`, `out` becomes `first` and a quarter of `shown`.
+struct Ramp {
+    Row shown;
+    std::uint8_t above;
+    std::uint8_t first;
+};
+void replace_above(Row values, Ramp ramp, std::size_t n, std::uint8_t* out);
+
+/// Sums of columns of bytes, of up to 257 rows.
+void add_row(Row row, std::size_t n, std::uint16_t* sums);
 
 } // namespace diff

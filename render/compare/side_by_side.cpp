@@ -39,7 +39,7 @@ public:
                 add_row(row_of(picture, first_row(y) + static_cast<int>(k)), sums_.size(), sums_.data());
             }
             std::uint8_t* out = place_of(panel, y);
-            const std::uint32_t* first = sums_.data();
+            const std::uint16_t* first = sums_.data();
             for (std::size_t x = 0; x < size.width; ++x, first += step) {
                 for (std::size_t c = 0; c < 3; ++c) {
                     std::uint64_t sum = count / 2;
@@ -91,7 +91,7 @@ private:
     std::size_t factor_ = 1;
     int panel_width_ = 1;
     Picture film_;
-    std::vector<std::uint32_t> sums_; ///< of factor rows
+    std::vector<std::uint16_t> sums_; ///< of factor rows
     Bytes worst_;                     ///< indices of a row
 };
 

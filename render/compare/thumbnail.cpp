@@ -22,7 +22,7 @@ int part_start(int k, int size) {
 
 Thumbnail thumbnail_of(const Picture& picture) {
     Thumbnail means{};
-    std::vector<std::uint32_t> sums;
+    std::vector<std::uint16_t> sums;
     for (int row = 0; row < thumbnail_side; ++row) {
         const int top = part_start(row, picture.height);
         const int bottom = part_start(row + 1, picture.height);
