@@ -104,6 +104,16 @@ TEST(study, every_scene_takes_every_preset_and_every_time_step) {
     }
 }
 
+TEST(study, previews_of_crowds_take_longer_steps_where_velocities_may_be_wrong) {
+    for (const auto& [name, longer] : {std::pair("office_toy", 4), std::pair("dominoes", 4), std::pair("funnel", 8)}) {
+        const std::string path = std::string(TUMBLE_SCENE_DIR) + "/" + name + ".toml";
+        const sim::SceneDef scene = sim::load_scene(path);
+        const sim::SceneDef preview = sim::load_scene(path, preset_overrides(scene, Preset::preview));
+        EXPECT_NEAR(preview.step.time_step.value(), longer * scene.step.time_step.value(), 1e-15) << name;
+        EXPECT_GT(preview.step.tolerance, scene.step.tolerance) << name;
+    }
+}
+
 TEST(study, a_wrong_law_is_refused_with_what_it_expects) {
     const sim::SceneDef scene = sim::load_scene(law_file("tower"));
     using enum sim::Law;
