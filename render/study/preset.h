@@ -10,7 +10,8 @@
 
 namespace study {
 
-/// preview: four times the scene's time step and ten times its tolerance; of many bodies up to a hundred times, and eight times the step. standard: the scene's own settings.
+/// preview: four times the scene's time step and ten times its tolerance; of many bodies up to a hundred times, and eight times
+/// the step where its tolerance of velocities is loose. standard: the scene's own settings.
 /// accurate: a quarter of the time step, a tenth of the tolerance, and few bodies stop at their impacts: contacts
 /// placed ahead of them act up to a step early, which is then the largest error. Tolerances of velocities go as those of
 /// lengths over the time step.

@@ -165,8 +165,8 @@ void IslandNewton::add_block(const Blocks& loop, int index, double compliance, s
     active_.push_back(active);
 }
 
-/// Places of the bodies among the unknowns, so that the factors are sparse: by minimum degree in the graph of bodies, whose
-/// edges are a 36th of the entries.
+/// Places of the bodies among the unknowns, so that the factors are sparse: by approximate minimum degree (Amestoy, Davis &
+/// Duff 1996) in the graph of bodies, whose edges are a 36th of the entries.
 void IslandNewton::find_places(const Blocks& loop, const Island& island) {
     const auto count = static_cast<int>(island.bodies.size());
     for (int i = 0; i < count; ++i) {

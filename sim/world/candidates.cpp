@@ -6,10 +6,11 @@
 namespace sim {
 namespace {
 
-/// Pairs are searched for as far as bodies get in this many steps at their present speed, at most this share [-] of their
-/// size beyond the first of them, and another share of it: the search then serves several steps.
+/// Pairs are searched for as far as bodies get in this many steps at their present speed, so that the search serves several
+/// steps; but beyond the first of them at most by this share [-] of their size: at 1/60 s ten steps ahead lie all bodies.
 constexpr double search_steps = 10.0;
 constexpr double largest_search_share = 0.25;
+/// And by this share [-] of their size more, for those at rest.
 constexpr double search_share = 0.01;
 
 /// A body whose box was made for so many times [-] its present reach is searched for again, too.

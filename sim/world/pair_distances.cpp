@@ -15,7 +15,8 @@ constexpr double recheck_share = 0.02;
 
 constexpr double is_far = -1.0; ///< for a margin
 
-constexpr std::size_t axes_at_once = 256; ///< pairs: a multiple of the lanes
+/// Pairs of boxes [-] looked at together: a multiple of the lanes, on the stack.
+constexpr std::size_t axes_at_once = 256;
 
 } // namespace
 

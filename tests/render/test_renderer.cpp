@@ -189,14 +189,19 @@ TEST(renderer, white_furnace) {
     }
 }
 
-// A cube of 1 m on the floor, the sun at 45 degrees in the x-z plane: the shadow ends at x = 1.5, y = -0.5 ..
-// 0.5.
-TEST(renderer, shadow_edge_lies_where_geometry_says) {
+/// A cube of 1 m on a floor of one colour.
+sim::SceneDef cube_on_floor(const sim::Vec3& to_sun) {
     sim::SceneDef scene;
     sample::add_floor(scene);
     scene.bodies.back().look.pattern_color = scene.bodies.back().look.color;
     scene.bodies.push_back(sample::body(sim::Box{}, {{0, 0, 0.5}, sim::Quat::Identity()}, {0.5, 0.5, 0.5}));
-    scene.light.to_sun = sim::Vec3(-1, 0, 1).normalized();
+    scene.light.to_sun = to_sun.normalized();
+    return scene;
+}
+
+// The sun at 45 degrees in the x-z plane: the shadow ends at x = 1.5, y = -0.5 .. 0.5.
+TEST(renderer, shadow_edge_lies_where_geometry_says) {
+    sim::SceneDef scene = cube_on_floor({-1, 0, 1});
     // From straight above, 10 m high: 1 m is 180 px * (1 / 10) / tan(20 degrees) = 49.45 px.
     sample::set_camera(scene, {0, 0, 10}, {0, 0, 0}, 40);
     const render::Image image = drawn(scene, 640, 360);
@@ -220,11 +225,7 @@ TEST(renderer, shadow_edge_lies_where_geometry_says) {
 }
 
 TEST(renderer, no_light_comes_through_where_a_body_stands_flush_on_the_floor) {
-    sim::SceneDef scene;
-    sample::add_floor(scene);
-    scene.bodies.back().look.pattern_color = scene.bodies.back().look.color;
-    scene.bodies.push_back(sample::body(sim::Box{}, {{0, 0, 0.5}, sim::Quat::Identity()}, {0.5, 0.5, 0.5}));
-    scene.light.to_sun = sim::Vec3(-0.05, 0, 1).normalized();
+    sim::SceneDef scene = cube_on_floor({-0.05, 0, 1});
     // The foot of the cube's dark side in the middle, from 2.7 m: a texel of the shadow map has three pixels.
     sample::set_camera(scene, {3, -0.5, 1}, {0.5, 0, 0}, 6);
     const render::Image image = drawn(scene, 640, 360);
