@@ -14,7 +14,7 @@ void match_memory(PairContacts& pair, double reach) {
     const auto is_used = [&](std::size_t j) { return j < 64 && (used >> j & 1u) != 0; };
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         pair.memory[i].id = contacts[i].feature.id;
-        pair.memory[i].core_a = contacts[i].feature.core_a;
+        pair.memory[i].core_a = contacts[i].feature.core_a.cast<float>();
     }
     const auto take = [&](std::size_t i, std::size_t j) {
         const ContactMemory fresh = pair.memory[i];
@@ -41,7 +41,7 @@ void match_memory(PairContacts& pair, double reach) {
         std::size_t nearest = old.size();
         double distance = reach;
         for (std::size_t j = 0; j < std::min<std::size_t>(old.size(), 64); ++j) {
-            const double d = (old[j].core_a - contacts[i].feature.core_a).norm();
+            const double d = (old[j].core_a.cast<double>() - contacts[i].feature.core_a).norm();
             if (!is_used(j) && d < distance) {
                 nearest = j;
                 distance = d;

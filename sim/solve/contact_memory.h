@@ -4,20 +4,19 @@
 
 namespace sim {
 
-/// What a contact hands to the next step. From p_n on two rows of 64 bytes, in the order that rest_kernel.cpp has.
+/// What a contact hands to the next step: two rows of 64 bytes, in the order that rest_kernel.cpp has.
 struct alignas(64) ContactMemory {
-    std::uint64_t id = 0;
-    Vec3 core_a = Vec3::Zero();  ///< body frame of a [m]: finds the contact again where its id changed
-    alignas(64) double p_n = 0.0; ///< [N s]
+    double p_n = 0.0;            ///< [N s]
     Vec3 p_t = Vec3::Zero();     ///< [N s], world
     double interval = 0.0;       ///< time those impulses stood for [s]
     double force_share = 1.0;    ///< [-] of them that was a force; the rest answered an impact
     double last_interval = 0.0;  ///< [s] moved since; 0: they lack nothing (new, or after an impact)
     double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
-    Vec3 slip = Vec3::Zero();    ///< d_t left over while sticking [m], world: without it a block creeps
     Vec3 sliding = Vec3::Zero(); ///< mean sliding velocity of the step [m/s], world
     double energy_taken = 0.0;   ///< [J] taken away with approach_speed
     double mark = 0.0;           ///< 1: it sticks (eq. 6)
+    std::uint64_t id = 0;
+    Eigen::Vector3f core_a = Eigen::Vector3f::Zero(); ///< body frame of a [m]: finds the contact again where its id changed
 
     bool is_sticking() const { return mark > 0.5; }
     /// Share [-] of the impulses that acts after the instant (the half kick): velocities stored before the next impulses lack it.

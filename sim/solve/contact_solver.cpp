@@ -20,34 +20,21 @@ double node_weight(double last_interval, double h) {
     return last_interval / (last_interval + h);
 }
 
-/// Time [s] that the impulses of an interval h stand for: from the middle of the interval before to its own
-/// middle.
-double impulse_interval(double node_weight, double h) {
-    return node_weight < 1.0 ? 0.5 * h / (1.0 - node_weight) : h;
-}
-
 /// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
 constexpr double limit_rounding = 1e-9;
 
-/// Within this share [-] of the tolerance a gap is not closed at once but by a share of it a step: closing an error of d
-/// in one step needs the velocity d / h, which the next step has to take away again.
+/// Within this share [-] of the tolerance a gap is left as it is: closing it would need a velocity, which the next step has to
+/// take away again, and no tower rests on such.
 constexpr double soft_band = 0.5;
 
 /// The impulses of an interval are no guess at those of one so many times [-] as long: next to an impact they stop what
 /// approaches slowly, rather than carry a load.
 constexpr double largest_stretch = 100.0;
 
-/// Next to a speculative impact, just after an impact, or where there was a force, an impulse that exceeds this many times
-/// [-] the last step's force, and the weight, answers an impact and is no force.
+/// Next to a speculative impact, and on from there, an impulse that exceeds this many times [-] the last step's force, and the
+/// weight, answers that impact and is no force. Elsewhere all are: of a load that only moves from one contact to another, what counts and what
+/// does not must balance, or bodies at rest would be told to approach each other.
 constexpr double largest_growth = 2.0;
-
-/// Gaps in the soft band are closed by this share [-] of them a step; more slowly where the tolerance is loose: sweeps
-/// that take away the share s of an error in velocity, from impulses that each step starts from whole, act on the error x of a
-/// heap's gaps like x''' + s x'' + s x' + s r x = 0 (time in steps, r = gap_relaxation), which comes to rest only where
-/// r < s (Routh); the slowest motion of a tower of 20 solved by a few sweeps a step has s = 0.01 or less.
-constexpr double gap_relaxation = 0.1; // at it towers come to rest with tight tolerances
-constexpr double loose_gap_relaxation = 0.003;
-constexpr double tight_velocity_tolerance = 5e-5; ///< [m/s] up to here a tolerance is not loose
 
 /// Where a loose tolerance is met, sweeps go on, so many at most, until the changes are this share [-] of the first
 /// one, or slower than this [m/s], a tenth of what counts as rest: a heap comes to rest over the steps, at little cost.
@@ -77,13 +64,10 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
     settings_ = settings;
     const double step_share = std::min(h / settings.time_step.value(), 1.0);
     iteration_tolerance_ = std::min(iteration_share * settings.tolerance / h, settings.velocity_tolerance);
-    const double relaxation = gap_relaxation * std::clamp(tight_velocity_tolerance / iteration_tolerance_,
-                                                          loose_gap_relaxation / gap_relaxation, 1.0);
     const Vec3& gravity = settings.gravity;
     rules_ = {.h = h,
               .tolerance = settings.tolerance,
               .band = soft_band * settings.tolerance,
-              .relaxation = relaxation,
               .step_share = step_share,
               .velocity_tolerance = settings.velocity_tolerance,
               .largest_stretch = largest_stretch,

@@ -55,16 +55,46 @@ bool RestingContacts::update_mark(const std::vector<PairContacts>& pairs, Block&
     return lost || stopped;
 }
 
-/// Which bodies speculative impacts hit. Such an impact acts as a whole within the interval, and so do the answers of the
-/// contacts that its bodies have: the instants before and after have no part of them.
+/// Does the impulse of one of the block's contacts exceed by far what its force of the last step, or a weight, would give?
+bool RestingContacts::grows(const BlockBatch& batch, std::size_t lane) const {
+    const double lightest = std::max(batch.inverse_mass_a.x[lane], batch.inverse_mass_b.x[lane]);
+    const double weight = rules_.weight * impulse_interval(batch.node_weight.x[lane], rules_.h) / lightest;
+    bool found = false;
+    for (int k = batch.first; k < batch.first + batch.count && !found; ++k) {
+        const double force = std::max(rest_points[static_cast<std::size_t>(k)].load.x[lane], weight);
+        found = loop.points[static_cast<std::size_t>(k)].p_n.x[lane] > rules_.largest_growth * force;
+    }
+    return found;
+}
+
+/// Which bodies speculative impacts hit, and which they reach through contacts that pass them on. Such an impact acts as a
+/// whole within the interval, and so do the answers of the contacts that these bodies have: the instants before and after
+/// have no part of them.
 void RestingContacts::find_hit_bodies(const Bodies& bodies) {
     is_hit_.assign(bodies.props.size(), 0);
+    bool is_passed_on = false;
     for (const BlockBatch& batch : loop.batches) {
         for (int k = batch.first; k < batch.first + batch.count; ++k) {
             const unsigned closing = rest_points[static_cast<std::size_t>(k)].closing;
             for (std::size_t lane = 0; closing >> lane != 0; ++lane) {
                 if ((closing >> lane & 1u) != 0 && loop.points[static_cast<std::size_t>(k)].p_n.x[lane] > 0.0) {
                     is_hit_[static_cast<std::size_t>(batch.a[lane])] = is_hit_[static_cast<std::size_t>(batch.b[lane])] = 1;
+                    is_passed_on = true;
+                }
+            }
+        }
+    }
+    is_reached_ = is_hit_;
+    while (is_passed_on) {
+        is_passed_on = false;
+        for (const BlockBatch& batch : loop.batches) {
+            for (std::size_t lane = 0; lane < lane_count; ++lane) {
+                char& a = is_reached_[static_cast<std::size_t>(batch.a[lane])];
+                char& b = is_reached_[static_cast<std::size_t>(batch.b[lane])];
+                const bool is_between = (batch.moves_a & batch.moves_b & (1u << lane)) != 0;
+                if (a != b && is_between && grows(batch, lane)) {
+                    a = b = 1;
+                    is_passed_on = true;
                 }
             }
         }
@@ -73,8 +103,8 @@ void RestingContacts::find_hit_bodies(const Bodies& bodies) {
         const BlockBatch& batch = loop.batches[i];
         unsigned hit = 0;
         for (unsigned lane = 0; lane < lane_count; ++lane) {
-            const unsigned of_a = is_hit_[static_cast<std::size_t>(batch.a[lane])] != 0 ? batch.moves_a : 0u;
-            const unsigned of_b = is_hit_[static_cast<std::size_t>(batch.b[lane])] != 0 ? batch.moves_b : 0u;
+            const unsigned of_a = is_reached_[static_cast<std::size_t>(batch.a[lane])] != 0 ? batch.moves_a : 0u;
+            const unsigned of_b = is_reached_[static_cast<std::size_t>(batch.b[lane])] != 0 ? batch.moves_b : 0u;
             hit |= (of_a | of_b) & (1u << lane);
         }
         rest_blocks[i].hit = hit;
@@ -85,7 +115,7 @@ void RestingContacts::store(const Bodies& bodies, std::vector<PairContacts>& pai
     for (PairContacts& pair : pairs) {
         for (std::size_t i = 0; !has_all_ && i < pair.memory.size(); ++i) {
             ContactMemory& memory = pair.memory[i];
-            memory = {.id = memory.id, .core_a = memory.core_a, .slip = memory.slip};
+            memory = {.id = memory.id, .core_a = memory.core_a};
         }
     }
     find_hit_bodies(bodies);

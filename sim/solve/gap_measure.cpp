@@ -160,8 +160,7 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
         const Displacement moved = displacement(interval, contact, frame.frame.col(2), tangents, point.tangential_velocity(twist));
         const double missing = contacts.rest_points[at].gap_target.x[lane] - moved.gap;
         in_lanes.u_n_target.x[lane] = point.normal_velocity(twist) + missing / to.h;
-        const Vec2 owed(contacts.rest_points[at].owed[0].x[lane], contacts.rest_points[at].owed[1].x[lane]);
-        const Vec2 target = point.tangential_velocity(twist) - (moved.d_t + owed) / to.h;
+        const Vec2 target = point.tangential_velocity(twist) - moved.d_t / to.h;
         in_lanes.u_t_target[0].x[lane] = target.x();
         in_lanes.u_t_target[1].x[lane] = target.y();
         worst = std::max(worst, point.p_n > 0.0 ? std::abs(missing) : missing);

@@ -9,16 +9,14 @@ namespace sim {
 /// Point k of each block of a batch, beside its BatchPoint.
 struct RestPoint {
     Lanes gap_target;     ///< [m] at t0 + h
-    Lanes owed[2];        ///< [m] of the slip of earlier steps, taken back in this one
     Lanes u_n_before;     ///< [m/s] normal velocity before any impulse
     Lanes approach_speed; ///< [m/s] it would touch with, without impulses
     Lanes load;           ///< [N s] that the force of the last step would give in this interval
     Lanes force_share;    ///< [-] of its impulse that is a force, once stored; the rest answers an impact
-    double* memory[lane_count];    ///< two rows of a ContactMemory, from p_n on
+    double* memory[lane_count];    ///< the two rows of a ContactMemory
     unsigned edges = 0;            ///< bit l: crossing edges touch there
     unsigned ahead = 0;            ///< bit l: speculative, placed before its impact
     unsigned closing = 0;          ///< bit l: an impact: without impulses its gap would close in this interval
-    unsigned restarts = 0;         ///< bit l: an impact at t0 ended the force of the last step
 };
 
 /// A batch, beside its BlockBatch.
@@ -28,15 +26,19 @@ struct RestBlock {
     Lanes reach;        ///< [m] of crossing edges: how far the touch may wander
     unsigned edges = 0; ///< bit l: one of its points is of crossing edges
     unsigned plain = 0; ///< bit l: all points but those of crossing edges are fixed to one body, at a face of the other: measured in lanes
-    unsigned hit = 0;   ///< bit l: a speculative impact hits a body of it
+    unsigned hit = 0;   ///< bit l: a speculative impact reaches a body of it
 };
+
+/// Time [s] that the impulses of an interval h stand for: from the middle of the interval before to its own middle.
+inline double impulse_interval(double node_weight, double h) {
+    return node_weight < 1.0 ? 0.5 * h / (1.0 - node_weight) : h;
+}
 
 /// What is the same for all batches.
 struct RestRules {
     double h = 0.0; ///< [s]
     double tolerance = 0.0;
     double band = 0.0;               ///< [m] see soft_band
-    double relaxation = 0.0;
     double step_share = 1.0;         ///< h as a share of a whole step [-]
     double velocity_tolerance = 0.0; ///< [m/s]
     double largest_stretch = 0.0;

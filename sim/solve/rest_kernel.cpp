@@ -34,7 +34,8 @@ LANES_INLINE Real fall_of(const RestRules& rules, const BlockBatch& batch, const
 /// What the last interval left of a contact; see ContactMemory.
 struct Memory {
     Real p_n, interval, force_share, last_interval, approach_speed, mark;
-    Real3 p_t, slip;
+    Real found_by[3]; ///< its id and place as they are
+    Real3 p_t;
     LANES_INLINE explicit Memory(double* const* from) {
         Real row[8];
         gather_rows(from, 0, row);
@@ -45,8 +46,10 @@ struct Memory {
         last_interval = row[6];
         approach_speed = row[7];
         gather_rows(from, 8, row);
-        slip = {row[0], row[1], row[2]};
-        mark = row[7];
+        mark = row[4];
+        for (int i = 0; i < 3; ++i) {
+            found_by[i] = row[5 + i];
+        }
     }
 };
 
@@ -93,21 +96,17 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         store(r.u_n_before, u_n);
         store(r.approach_speed, max(sqrt(max(approach * approach + 2.0 * fall * gap, zero)), memory.approach_speed));
         r.closing = bits_of(here & ahead & (gap + h * (u_n - (0.5 * h) * fall) <= 0.0));
-        Real after_step = max((1.0 - rules.relaxation) * gap, real(-rules.band));
+        Real after_step = max(gap, real(-rules.band));
         if (rules.is_doubtful) {
             // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown.
             const Real push = max(h * sqrt(max(-(2.0 * rules.weight * gap), zero)), real(rules.tolerance));
             after_step = min(after_step, gap + push);
         }
         store(r.gap_target, select(gap <= rules.band, gap + rules.step_share * (after_step - gap), zero));
-        const double share = rules.relaxation * rules.step_share;
-        store(r.owed[0], share * dot(memory.slip, f.t1));
-        store(r.owed[1], share * dot(memory.slip, f.t2));
         const Mask loaded = here & (memory.p_n > 0.0);
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
         const Real scale = select(stretch <= rules.largest_stretch, stretch, zero);
         store(r.load, scale * memory.force_share * memory.p_n);
-        r.restarts = bits_of(loaded & (memory.last_interval == 0.0));
         const Mask warm = rules.warm_start ? loaded : nowhere();
         // Warm start.
         const Real started = select(warm, scale, zero);
@@ -243,8 +242,8 @@ LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlo
         worst = select(measured, max(worst, error), worst);
         const auto set = [&](Lanes& target, const Real& value) { store(target, select(measured, value, load(target))); };
         set(points[k].u_n_target, twist.normal(x, y) + missing * per_h);
-        set(points[k].u_t_target[0], twist.tangential1(y) - (dot(f.t1, across) + load(r.owed[0])) * per_h);
-        set(points[k].u_t_target[1], twist.tangential2(x) - (dot(f.t2, across) + load(r.owed[1])) * per_h);
+        set(points[k].u_t_target[0], twist.tangential1(y) - dot(f.t1, across) * per_h);
+        set(points[k].u_t_target[1], twist.tangential2(x) - dot(f.t2, across) * per_h);
     }
     return worst;
 }
@@ -306,7 +305,7 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
         const Mask loaded = p_n > 0.0;
         const Mask ahead = lanes_of(r.ahead);
         const Real force = max(load(r.load), weight);
-        const Mask answers = (hit | (load(r.load) > 0.0) | lanes_of(r.restarts)) & (p_n > rules.largest_growth * force);
+        const Mask answers = hit & (p_n > rules.largest_growth * force);
         const Real force_share = select(answers, force / select(answers, p_n, one), one);
         store(r.force_share, force_share);
         const Real u_n = twist.normal(x, y);
@@ -318,14 +317,9 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
                            0.5 * (p_1 * (before.x - before.z * y + u_1) + p_2 * (before.y + before.z * x + u_2));
         const Real3 p_t = f.world(p_1, p_2);
         const Mask sticks = loaded & keeps;
-        const Real3 d_t = select(has_friction,
-                                 f.world(h * (u_1 - load(points[k].u_t_target[0])) - load(r.owed[0]),
-                                         h * (u_2 - load(points[k].u_t_target[1])) - load(r.owed[1])),
-                                 Real3{zero, zero, zero});
+        const Real3 slip = f.world(u_1 - load(points[k].u_t_target[0]), u_2 - load(points[k].u_t_target[1]));
+        const Real3 sliding = select(has_friction & ~sticks, slip, Real3{zero, zero, zero});
         const Memory memory(r.memory);
-        const Real3 none{zero, zero, zero};
-        const Real3 slip = select(sticks, memory.slip + d_t, none);
-        const Real3 sliding = select(sticks, none, real(1.0 / h) * d_t);
         Real first[8] = {select(ahead, zero, p_n),
                          select(ahead, zero, p_t.x),
                          select(ahead, zero, p_t.y),
@@ -334,7 +328,8 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
                          force_share,
                          select(loaded & ~ahead, real(h), zero),
                          select(impact, load(r.approach_speed), zero)};
-        Real second[8] = {slip.x, slip.y, slip.z, sliding.x, sliding.y, sliding.z, select(impact, taken, zero), flag(sticks)};
+        Real second[8] = {sliding.x, sliding.y, sliding.z, select(impact, taken, zero), flag(sticks),
+                          memory.found_by[0], memory.found_by[1], memory.found_by[2]};
         scatter_rows(r.memory, 0, points[k].there, first);
         scatter_rows(r.memory, 8, points[k].there, second);
     }

@@ -7,8 +7,8 @@
 namespace sim {
 namespace {
 
-static_assert(offsetof(ContactMemory, slip) - offsetof(ContactMemory, p_n) == 8 * sizeof(double) &&
-                  offsetof(ContactMemory, mark) - offsetof(ContactMemory, p_n) == 15 * sizeof(double),
+static_assert(offsetof(ContactMemory, p_n) == 0 && offsetof(ContactMemory, sliding) == 8 * sizeof(double) &&
+                  offsetof(ContactMemory, id) == 13 * sizeof(double) && sizeof(ContactMemory) == 16 * sizeof(double),
               "rest_kernel.cpp reads and writes two rows");
 
 /// What stands for a contact in lanes that have none.

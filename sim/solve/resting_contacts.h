@@ -40,7 +40,7 @@ public:
     /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
     bool update_marks(const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);
 
-    /// Stores impulses, marks and leftover slip in the pairs' memory.
+    /// Stores impulses and marks in the pairs' memory.
     void store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity);
 
     /// Once they are stored: does a speculative impact hit a body?
@@ -66,6 +66,7 @@ private:
                            std::span<const Velocity> at_node);
     void set_mark(Block& block, bool sticks);
     bool update_mark(const std::vector<PairContacts>& pairs, Block& block, std::span<const Velocity> velocity);
+    bool grows(const BlockBatch& batch, std::size_t lane) const;
     void find_hit_bodies(const Bodies& bodies);
 
     StepSettings settings_;
@@ -75,6 +76,7 @@ private:
     bool has_two_coefficients_ = false; ///< mu_s and mu_d differ somewhere
     bool has_all_ = true;               ///< no contact was left out or dropped
     std::vector<char> is_hit_;          ///< [body_count] by a speculative impact
+    std::vector<char> is_reached_;      ///< [body_count] by it, or by contacts that pass it on
 };
 
 } // namespace sim

@@ -21,7 +21,7 @@ BodyPair bodies_of(const PairContacts& pair) {
 /// Before the contacts of a pair are found anew: where they are, for those whose features change.
 void keep_cores(PairContacts& pair) {
     for (std::size_t i = 0; i < std::min(pair.memory.size(), pair.manifold.contacts.size()); ++i) {
-        pair.memory[i].core_a = pair.manifold.contacts[i].feature.core_a;
+        pair.memory[i].core_a = pair.manifold.contacts[i].feature.core_a.cast<float>();
     }
 }
 

@@ -20,7 +20,7 @@ sim::SceneDef funnel_settings() {
 }
 
 /// How far the block creeps in `duration` [s], from two seconds on. Put down without the impulses that carry it, it slips
-/// at first, and takes that back within a second.
+/// at first, and stays there.
 void judge_block(double duration) {
     for (const double mu : {0.1, 0.5}) {
         sim::SceneDef scene = funnel_settings();
