@@ -248,6 +248,7 @@ void measure_hidden(const Picture& a, const Picture& b, const Picture& masked, D
 void forget_hidden(DifferenceMap& map) {
     map.whole_raw.clear();
     map.hidden = {};
+    map.whole_shift.reset();
 }
 
 void measure_excess(const Picture& a, const Picture& b, DifferenceMap& map) {

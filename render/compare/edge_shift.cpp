@@ -42,4 +42,14 @@ EdgeShift farthest_shift(const DifferenceMap& map) {
     return farthest;
 }
 
+double mean_shift(const DifferenceMap& map) {
+    double differences = 0.0;
+    double slopes = 0.0;
+    for (const SquareCell& cell : map.squares) {
+        differences += cell.differences;
+        slopes += 0.5 * (cell.steps[0] + cell.steps[1]);
+    }
+    return slopes > 0.0 ? std::sqrt(differences / slopes) : 0.0;
+}
+
 } // namespace diff

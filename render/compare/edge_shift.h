@@ -88,4 +88,7 @@ inline constexpr int shift_window = 8; ///< [px] its side
 
 EdgeShift farthest_shift(const DifferenceMap& map);
 
+/// By how far all edges near differences would have to be moved to differ as much as they do together [px].
+double mean_shift(const DifferenceMap& map);
+
 } // namespace diff

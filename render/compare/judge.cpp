@@ -27,7 +27,12 @@ constexpr int cluster_levels = 8;
 constexpr std::int64_t least_cluster_pixels = 30;
 constexpr double least_explained_of_large = 0.4;
 constexpr std::int64_t large_cluster_pixels = 100;
-bool is_explained(const Area& area, const Displacement& u) {
+/// Of lossy pairs, where encoders' noise makes clusters that some shift explains half: so much of a large one.
+constexpr double least_explained_of_lossy = 0.85;
+bool is_explained(const Area& area, const Displacement& u, bool is_lossy) {
+    if (is_lossy) {
+        return area.pixels >= large_cluster_pixels && u.explained >= least_explained_of_lossy;
+    }
     return area.pixels >= least_cluster_pixels &&
            u.explained >= (area.pixels >= large_cluster_pixels ? least_explained_of_large : least_explained);
 }
@@ -40,11 +45,20 @@ constexpr std::size_t most_clusters = 16;
 /// A cluster is noise that has no more pixels beyond an edge's.
 constexpr int most_noise_pixels = 12;
 
+/// Limits of a lossy pair that encoders' noise reaches first grow with the mean shift of all edges beyond this [px] ...
+constexpr double usual_loss = 0.3;
+/// ... up to so many times [-].
+constexpr double most_room = 2.0;
+double room_for_loss(const DifferenceMap& map) {
+    return std::clamp(map.whole_shift.value_or(mean_shift(map)) / usual_loss, 1.0, most_room);
+}
+
 /// Gates of one pair in the making.
 class Findings {
 public:
     Findings(const Picture& reference, const Picture& candidate, const DifferenceMap& map, const Limits& limits)
-        : reference_(reference), candidate_(candidate), map_(map), limits_(limits), edges_(map, map.whole_raw) {}
+        : reference_(reference), candidate_(candidate), map_(map), limits_(limits),
+          room_(limits.is_lossy ? room_for_loss(map) : 1.0), edges_(map, map.whole_raw) {}
 
     std::vector<Gate> gates;
     std::vector<Cluster> clusters;
@@ -75,10 +89,12 @@ public:
 
 private:
     void add(GateId id, double value, const char* unit, std::string reason) {
-        const Limit& limit = limits_[id];
+        Limit limit = limits_[id];
         if (limit.value == not_asked) {
             return;
         }
+        const bool is_of_edges = id == GateId::edge_shift || id == GateId::block_drift || id == GateId::sharpness;
+        limit.value *= limit.source == Limit().source && is_of_edges ? room_ : 1.0;
         gates.push_back({name_of(id), value, limit.value, unit, std::move(reason), limit.source, value > limit.value});
     }
 
@@ -129,7 +145,7 @@ private:
             const Displacement forth = fit_displacement(map_, area, reach);
             const Displacement back = fit_backwards(map_, area, reach);
             for (const Displacement& u : {forth, back}) {
-                if (is_explained(area, u) && std::hypot(u.x, u.y) > std::hypot(farthest.x, farthest.y)) {
+                if (is_explained(area, u, limits_.is_lossy) && std::hypot(u.x, u.y) > std::hypot(farthest.x, farthest.y)) {
                     farthest = u;
                     place = area.box;
                 }
@@ -166,7 +182,7 @@ private:
     }
 
     ClusterKind kind_of(const Area& area, const Displacement& u) const {
-        if (is_explained(area, u) && std::hypot(u.x, u.y) > limits_[GateId::displacement].value) {
+        if (is_explained(area, u, limits_.is_lossy) && std::hypot(u.x, u.y) > limits_[GateId::displacement].value) {
             return ClusterKind::moved;
         }
         if (excess_pixels(area) <= most_noise_pixels) {
@@ -228,6 +244,7 @@ private:
     const Picture& candidate_;
     const DifferenceMap& map_;
     const Limits& limits_;
+    double room_; ///< [-] that encoders need
     EdgeNoise edges_;
 };
 
@@ -291,15 +308,18 @@ const char* name_of(GateId id) {
 
 Limits lossy_limits(const Limits& limits, bool is_jpeg) {
     Limits lossy = limits;
+    lossy.is_lossy = true;
     const auto set = [&lossy](GateId id, double value) {
         Limit& limit = lossy.of[static_cast<std::size_t>(id)];
-        if (limit.source == Limit().source) {
+        if (limit.source == Limit().source || value == not_asked) {
             limit.value = value;
         }
     };
     set(GateId::lone, not_asked);
+    set(GateId::stray, not_asked);
     set(GateId::displacement, limits[GateId::edge_shift].value);
-    set(GateId::block_drift, 2.4);
+    set(GateId::block_drift, 3.2);
+    set(GateId::sharpness, 16.0);
     if (is_jpeg) { // which has plain colours up to two levels off, all of a picture the same way
         set(GateId::drift, 2.2);
     }

@@ -37,10 +37,13 @@ struct Limits {
     std::array<Limit, gate_count> of{
         {{0.85}, {0.7}, {0.22}, {0.9}, {8.0}, {14.0}, {12.0}, {0.0}, {not_asked}}};
 
+    bool is_lossy = false; ///< encoders have had their way with one of the pictures, see lossy_limits()
+
     const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
 };
 
-/// For pairs of films and JPEG files, where no limit was asked for: encoders blur and ring, at every edge.
+/// For pairs of films and JPEG files, where no limit was asked for: encoders blur and ring, at every edge, and the more
+/// the smaller the file. Limits that were not asked for grow with that.
 Limits lossy_limits(const Limits& limits, bool is_jpeg);
 
 /// The name used in JSON and by --limit: "spot", "block drift", ...

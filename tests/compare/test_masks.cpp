@@ -36,6 +36,25 @@ std::pair<diff::Picture, diff::Picture> random_pair(std::uint32_t seed) {
 
 } // namespace
 
+// Limits of lossy pairs grow with the noise of all edges, hidden or not.
+TEST(masks, limits_of_lossy_pairs_do_not_shrink_where_noise_is_hidden) {
+    const test::Scene scene = test::make_scene(3, 60, 2);
+    diff::PairSettings settings;
+    settings.is_lossy = true;
+    const auto limit_of = [&settings, &scene] {
+        diff::PairMemory memory;
+        memory.a = test::paint(scene, test::grid_pattern(2));
+        memory.b = test::paint(scene, test::grid_pattern(2), 1.0, 0.0);
+        diff::Frame frame;
+        diff::compare_pictures(settings, memory, frame);
+        return frame.gates.at(0).limit;
+    };
+    const double limit = limit_of();
+    EXPECT_GT(limit, diff::Limits()[diff::GateId::edge_shift].value);
+    settings.mask.boxes.push_back({0, 0, scene.width, scene.height - 10});
+    EXPECT_EQ(limit_of(), limit);
+}
+
 TEST(masks, more_masked_is_never_more_changed) {
     constexpr int most_masks = 6;
     int of_noise = 0;
@@ -43,6 +62,7 @@ TEST(masks, more_masked_is_never_more_changed) {
         const auto [a, b] = random_pair(seed);
         Random random(seed + 1000);
         diff::PairSettings settings;
+        settings.is_lossy = seed % 3 == 0;
         Tier tier = Tier::changed;
         double drift = 255;
         diff::PairMemory memory;

@@ -11,9 +11,11 @@
 #include "render/film/video_writer.h"
 #include "render/overlay/overlay.h"
 #include "render/picture/renderer.h"
+#include "render/scene/camera.h"
 #include "sim/base/file_io.h"
 #include "sim/scene/file.h"
 #include "sim/world/world.h"
+#include "tests/tools/judge_pictures.h"
 
 #include <fmt/format.h>
 #include <stb_image_write.h>
@@ -32,7 +34,7 @@
 namespace {
 
 namespace fs = std::filesystem;
-using render::Image;
+using namespace judge;
 
 /// What is drawn.
 struct Drawing {
@@ -42,10 +44,6 @@ struct Drawing {
     int height = 360;
     bool smooth_edges = true;
 };
-
-std::uint8_t byte_of(double value) {
-    return static_cast<std::uint8_t>(std::clamp(std::lround(value), 0L, 255L));
-}
 
 Image world_of(const Drawing& d, int factor) {
     sim::SceneDef scene = d.scene;
@@ -70,93 +68,24 @@ Image draw(const Drawing& d) {
     return with_text(world_of(d, 1), d);
 }
 
-/// Of a picture `factor` times as large: the mean of the samples of each pixel that `takes` says.
-Image sampled(const Image& large, int factor, const std::function<bool(int x, int y)>& takes) {
-    Image image(large.width / factor, large.height / factor);
-    for (int y = 0; y < image.height; ++y) {
-        for (int x = 0; x < image.width; ++x) {
-            for (int c = 0; c < 3; ++c) {
-                int sum = 0;
-                int count = 0;
-                for (int k = 0; k < factor * factor; ++k) {
-                    if (takes(k % factor, k / factor)) {
-                        const int row = std::clamp(y * factor + k / factor, 0, large.height - 1);
-                        sum += large.rgb[static_cast<std::size_t>((row * large.width + x * factor + k % factor) * 3 + c)];
-                        ++count;
-                    }
-                }
-                image.rgb[static_cast<std::size_t>((y * image.width + x) * 3 + c)] =
-                    static_cast<std::uint8_t>((sum + count / 2) / count);
-            }
-        }
-    }
-    return image;
-}
-
-Image each_channel(Image image, const std::function<double(double)>& change) {
-    for (std::uint8_t& v : image.rgb) {
-        v = byte_of(change(v));
-    }
-    return image;
-}
-
-/// Weights of 3 x 3 neighbours: the middle, those beside it, those at the corners.
-Image filtered(const Image& from, double middle, double beside, double corner) {
-    Image image = from;
-    for (int y = 1; y + 1 < from.height; ++y) {
-        for (int x = 1; x + 1 < from.width; ++x) {
-            for (int c = 0; c < 3; ++c) {
-                double sum = 0;
-                for (int k = 0; k < 9; ++k) {
-                    const double weight = k == 4 ? middle : k % 2 == 1 ? beside : corner;
-                    sum += weight * from.rgb[static_cast<std::size_t>(((y + k / 3 - 1) * from.width + x + k % 3 - 1) * 3 + c)];
-                }
-                image.rgb[static_cast<std::size_t>((y * from.width + x) * 3 + c)] = byte_of(sum);
-            }
-        }
-    }
-    return image;
-}
-
-/// Drawn at half the size and enlarged.
-Image half_resolution(const Image& from) {
-    const Image small = sampled(from, 2, [](int, int) { return true; });
-    Image image = from;
-    for (int y = 0; y < from.height; ++y) {
-        for (int x = 0; x < from.width; ++x) {
-            for (int c = 0; c < 3; ++c) {
-                const double sx = std::clamp((x - 0.5) / 2, 0.0, small.width - 1.001);
-                const double sy = std::clamp((y - 0.5) / 2, 0.0, small.height - 1.001);
-                const int i = static_cast<int>(sx);
-                const int j = static_cast<int>(sy);
-                const auto at = [&](int px, int py) {
-                    return static_cast<double>(small.rgb[static_cast<std::size_t>((py * small.width + px) * 3 + c)]);
-                };
-                const double fx = sx - i;
-                const double fy = sy - j;
-                image.rgb[static_cast<std::size_t>((y * from.width + x) * 3 + c)] =
-                    byte_of((1 - fy) * ((1 - fx) * at(i, j) + fx * at(i + 1, j)) +
-                            fy * ((1 - fx) * at(i, j + 1) + fx * at(i + 1, j + 1)));
-            }
-        }
-    }
-    return image;
-}
-
-/// As a film of three equal frames shows it.
-Image filmed(const Image& image, const fs::path& folder, int crf, const char* preset) {
+/// As the last of three frames of a film shows it: encoders leave most to see of what moves.
+Image filmed(const Drawing& d, const fs::path& folder, int crf, const char* preset) {
+    constexpr int frames = 3;
+    constexpr double fps = 30.0;
     const fs::path path = folder / "film.mp4";
     render::VideoSettings settings;
     settings.crf = crf;
     settings.preset = preset;
-    render::VideoWriter writer(path, image.width, image.height, settings);
-    for (int i = 0; i < 3; ++i) {
-        writer.add(image);
+    render::VideoWriter writer(path, d.width, d.height, settings);
+    for (int i = 0; i < frames; ++i) {
+        Drawing frame = d;
+        frame.snapshot = render::moved(d.snapshot, (i + 1 - frames) / fps);
+        writer.add(draw(frame));
     }
     writer.finish();
     render::VideoReader reader(path);
     Image shown;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < frames; ++i) {
         reader.read(shown);
     }
     return shown;
@@ -272,21 +201,24 @@ public:
     }
 
     void add_films() {
-        const Image good = filmed(picture_, corpus_.folder(), 18, "veryfast");
-        const Image small = filmed(picture_, corpus_.folder(), 23, "ultrafast");
-        corpus_.add("noise film of another crf", name_, good, small);
+        const auto as_film = [this](const Drawing& d, int crf, const char* preset) { return filmed(d, corpus_.folder(), crf, preset); };
+        const Image good = as_film(base_, 18, "veryfast");
+        corpus_.add("noise film of another crf", name_, good, as_film(base_, 23, "ultrafast"));
+        corpus_.add("noise film of a far crf", name_, good, as_film(base_, 28, "veryfast"));
         corpus_.add("noise film and its frames", name_, picture_, good);
         for_bodies(1, [&](std::size_t body) {
-            if_seen(draw(moved(body, 2.0)), [&](const Image& other) {
-                corpus_.add("changed film body moved 2 px", name_, good, filmed(other, corpus_.folder(), 23, "ultrafast"));
-            });
-            if_seen(draw(without(body)), [&](const Image& other) {
-                corpus_.add("changed film body missing", name_, good, filmed(other, corpus_.folder(), 18, "veryfast"));
-            });
+            const Drawing elsewhere = moved(body, 2.0);
+            if (is_seen(elsewhere)) {
+                corpus_.add("changed film body moved 2 px", name_, good, as_film(elsewhere, 23, "ultrafast"));
+            }
+            if (is_seen(without(body))) {
+                corpus_.add("changed film body missing", name_, good, as_film(without(body), 18, "veryfast"));
+            }
         });
-        Drawing bright = base_;
-        bright.scene.light.sun_intensity *= 1.1;
-        corpus_.add("changed film sun 10 %", name_, good, filmed(draw(bright), corpus_.folder(), 18, "veryfast"));
+        if (is_seen(lit(1.1))) {
+            corpus_.add("changed film sun 10 %", name_, good, as_film(lit(1.1), 18, "veryfast"));
+            corpus_.add("changed film view 2 px", name_, good, as_film(opened(2.0), 23, "veryfast"));
+        }
     }
 
     /// 85 and 90 have their colours at half the size, 95 has not.
@@ -296,16 +228,17 @@ public:
         corpus_.add("noise JPEG of another quality", name_, good, small);
         corpus_.add("noise JPEG and its picture", name_, picture_, as_jpeg(picture_, 90));
         for_bodies(1, [&](std::size_t body) {
-            if_seen(draw(moved(body, 2.0)), [&](const Image& other) {
-                corpus_.add("changed JPEG body moved 2 px", name_, good, as_jpeg(other, 85));
-            });
-            if_seen(draw(without(body)), [&](const Image& other) {
-                corpus_.add("changed JPEG body missing", name_, small, as_jpeg(other, 85));
-            });
+            const Drawing elsewhere = moved(body, 2.0);
+            if (is_seen(elsewhere)) {
+                corpus_.add("changed JPEG body moved 2 px", name_, good, as_jpeg(draw(elsewhere), 85));
+            }
+            if (is_seen(without(body))) {
+                corpus_.add("changed JPEG body missing", name_, small, as_jpeg(draw(without(body)), 85));
+            }
         });
-        Drawing bright = base_;
-        bright.scene.light.sun_intensity *= 1.1;
-        corpus_.add("changed JPEG sun 10 %", name_, small, as_jpeg(draw(bright), 85));
+        if (is_seen(lit(1.1))) {
+            corpus_.add("changed JPEG sun 10 %", name_, small, as_jpeg(draw(lit(1.1)), 85));
+        }
     }
 
     void add_bodies() {
@@ -327,9 +260,7 @@ public:
 
     void add_light() {
         for (const double factor : {0.98, 0.99, 1.01, 1.02}) {
-            Drawing d = base_;
-            d.scene.light.sun_intensity *= factor;
-            add(fmt::format("changed sun {:+.0f} %", 100 * (factor - 1)), draw(d));
+            add(fmt::format("changed sun {:+.0f} %", 100 * (factor - 1)), draw(lit(factor)));
         }
         Drawing d = base_;
         d.scene.light.sky_intensity *= 1.03;
@@ -379,11 +310,7 @@ public:
 
     void add_view() {
         for (const double px : {1.0, 3.0}) {
-            Drawing d = base_;
-            for (sim::CameraDef& camera : d.scene.cameras) {
-                camera.fov_degrees *= 1.0 + px / (0.35 * d.height);
-            }
-            add(fmt::format("changed view {:.0f} px", px), draw(d));
+            add(fmt::format("changed view {:.0f} px", px), draw(opened(px)));
         }
     }
 
@@ -398,12 +325,8 @@ public:
     }
 
 private:
-    /// Not of a body that a title card hides: of a change that the drawings do not show, an encoder's noise shows nothing.
-    void if_seen(const Image& other, const std::function<void(const Image&)>& use) const {
-        if (other.rgb != picture_.rgb) {
-            use(other);
-        }
-    }
+    /// False of what a title card hides: of that, an encoder's noise shows nothing.
+    bool is_seen(const Drawing& other) const { return draw(other).rgb != picture_.rgb; }
 
     void add(const std::string& kind, const Image& other) { corpus_.add(kind, name_, picture_, other); }
 
@@ -414,6 +337,25 @@ private:
     Drawing without(std::size_t body) const {
         Drawing d = base_;
         d.scene.bodies[body].look.visible = false;
+        return d;
+    }
+
+    Drawing lit(double factor) const {
+        Drawing d = base_;
+        d.scene.light.sun_intensity *= factor;
+        return d;
+    }
+
+    /// Seen by a camera that opens wider, by about so many pixels at the corners.
+    Drawing opened(double px) const {
+        Drawing d = base_;
+        const double wider = 1.0 + px / (0.35 * d.height);
+        for (sim::CameraDef& camera : d.scene.cameras) {
+            camera.fov_degrees *= wider;
+            for (sim::CameraKey& key : camera.keys) {
+                key.fov_degrees *= wider; // 0 is the camera's
+            }
+        }
         return d;
     }
 
