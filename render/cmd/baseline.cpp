@@ -58,6 +58,26 @@ diff::Source source_of(const fs::path& folder, const BaselineRecord& record) {
     return source;
 }
 
+/// What the record leaves out; masks that are pictures lie in `folder`.
+void add_masks(const BaselineRecord& record, const fs::path& folder, diff::PairSettings& settings) {
+    settings.ignored_bodies = record.ignored_bodies;
+    for (const std::string& mask : record.masks) {
+        const fs::path file = folder / mask;
+        diff::add_to_mask(fs::exists(file) ? file.string() : mask, settings.accepted, settings.mask);
+    }
+}
+
+/// Throws Error if masks or bodies to be ignored fit no picture, or leave nothing of one.
+void check_masks(const BaselineRecord& record, const fs::path& folder) {
+    if (record.masks.empty() && record.ignored_bodies.empty()) {
+        return;
+    }
+    const diff::Source drawn = source_of(folder, record);
+    diff::Settings settings;
+    add_masks(record, folder, settings.pair);
+    diff::compare_sources("", {drawn, drawn}, settings, nullptr, {});
+}
+
 /// The scene of a baseline, to be drawn by what the user asks for.
 sim::SceneDef load_drawn(const fs::path& file, const std::vector<std::string>& overrides, const std::string& gl) {
     sim::SceneDef scene = sim::load_scene(file, overrides);
@@ -67,14 +87,11 @@ sim::SceneDef load_drawn(const fs::path& file, const std::vector<std::string>& o
 
 /// By how many levels pictures may differ that one program's sampler has drawn: none where machine, state and shaders
 /// are the same; else one, by which versions of Mesa differ. Processors without fused multiply-add round otherwise.
-double level_between(const diff::Origin& a, const diff::Origin& b, bool is_same_scene) {
+double level_between(const diff::Origin& a, const diff::Origin& b) {
     if (a.processor != b.processor) {
         return diff::not_asked;
     }
-    return is_same_scene && a.renderer == b.renderer && a.state_hash == b.state_hash &&
-                   a.shaders_hash == b.shaders_hash
-               ? 0.0
-               : 1.0;
+    return a.renderer == b.renderer && a.state_hash == b.state_hash && a.shaders_hash == b.shaders_hash ? 0.0 : 1.0;
 }
 
 /// The folder of the report, which no other check uses as long as the lock lives.
@@ -192,18 +209,11 @@ public:
 private:
     diff::Settings settings_of(const BaselinePlace& place, const std::optional<BaselineRecord>& before,
                                const BaselineRecord& now) const {
-        CompareOptions comparing = comparing_;
-        comparing.ignored_bodies = now.ignored_bodies;
-        diff::Settings settings = compare_settings(comparing);
+        diff::Settings settings = compare_settings(comparing_);
         settings.threads = 1;
-        for (const std::string& mask : now.masks) {
-            const fs::path file = drawn_folder(comparing_.report, place) / "frames" / mask;
-            diff::add_to_mask(fs::exists(file) ? file.string() : mask, settings.pair.accepted, settings.pair.mask);
-        }
+        add_masks(now, drawn_folder(comparing_.report, place) / "frames", settings.pair);
         if (before && options_.limits.empty()) {
-            const bool is_same_scene = before->scene_text == now.scene_text && before->overrides == now.overrides;
-            settings.pair.limits =
-                limits_of(*before, level_between(before->origin, now.origin, is_same_scene), place.folder);
+            settings.pair.limits = limits_of(*before, level_between(before->origin, now.origin), place.folder);
         }
         return settings;
     }
@@ -291,7 +301,7 @@ std::string made_text(const Target& target) {
         target.now.pictures.begin(), target.now.pictures.end(),
         [](const auto& file) { return file.first.find(".bodies.") == std::string::npos; });
     std::string text =
-        fmt::format("{}: {} pictures in {}\n", target.place.case_name(), count, target.place.folder.string());
+        fmt::format("{}: {} picture{} in {}\n", target.place.case_name(), count, count == 1 ? "" : "s", target.place.folder.string());
     if (!target.is_new) {
         for (const std::string& line : record_changes(target.before, target.now)) {
             text += "  " + line + "\n";
@@ -310,6 +320,7 @@ void make_baseline(Target& target, const std::string& gl, int threads, JobProgre
         draw_baseline(load_drawn(target.place.scene_file, target.now.overrides, gl), fresh, threads, target.now,
                       progress);
         Check::copy_masks(folder, fresh / "frames", target.now);
+        check_masks(target.now, fresh / "frames");
         write_baseline_record(fresh / "frames", target.now);
         replace_folder(fresh / "frames", folder);
         remove_fresh(fresh);

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 #include <optional>
 
 namespace cmd {
@@ -110,13 +111,25 @@ void accept_baselines(const BaselineOptions& options) {
                                                      sim::suggestion(name, names)));
         }
     }
+    if (found.empty() && !options.is_quiet) {
+        std::printf("nothing to accept: all cases of %s are identical\n", options.report.c_str());
+    }
+    std::exception_ptr failure; // the first, once the others are accepted
     for (const auto& [name, reference] : found) {
-        if (options.cases.empty() || contains(options.cases, name)) {
+        if (!options.cases.empty() && !contains(options.cases, name)) {
+            continue;
+        }
+        try {
             const fs::path folder = accept_case(options, name, reference);
             if (!options.is_quiet) {
                 std::printf("%s: %s is now what %s shows\n", name.c_str(), folder.c_str(), options.report.c_str());
             }
+        } catch (const Error&) {
+            failure = failure ? failure : std::current_exception();
         }
+    }
+    if (failure) {
+        std::rethrow_exception(failure);
     }
 }
 

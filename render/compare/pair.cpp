@@ -263,7 +263,9 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
     memory.thumbnail_b.reset();
     const bool has_a = read_side(paths.reference, settings.accepted, memory.file_a, frame);
     const bool has_b = read_side(paths.candidate, settings.accepted, memory.file_b, frame);
-    if (has_a && has_b && memory.file_a == memory.file_b) {
+    // What is wrong with masks is told of equal pictures too.
+    const bool is_masked = !settings.mask.is_empty() || !settings.ignored_bodies.empty();
+    if (has_a && has_b && !is_masked && memory.file_a == memory.file_b) {
         try {
             const auto [width, height] =
                 size_of_picture(memory.file_a, paths.reference->string(), settings.accepted);

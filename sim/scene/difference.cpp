@@ -47,6 +47,43 @@ std::optional<Rational> fraction_of(const TreeNode& node) {
 
 std::string table_difference(const TreeNode& now, const TreeNode& before, const std::string& path);
 
+/// Of short arrays, the words and numbers in them, if no array or table is.
+std::string whole_value(const TreeNode& node) {
+    const auto is_nested = [](const TreeNode& child) { return child.kind == TreeKind::table || child.kind == TreeKind::array; };
+    constexpr std::size_t most_shown = 8;
+    if (node.kind != TreeKind::array || node.children.size() > most_shown || std::ranges::any_of(node.children, is_nested)) {
+        return describe_value(node);
+    }
+    std::string text;
+    for (const TreeNode& child : node.children) {
+        text += (text.empty() ? "" : ", ") + describe_value(child);
+    }
+    return "[" + text + "]";
+}
+
+/// The first element of `these` that has a name which no element of `those` has; null if there is none.
+const TreeNode* only_in(const std::vector<TreeNode>& these, const std::vector<TreeNode>& those) {
+    const auto name_of = [](const TreeNode& node) {
+        const TreeNode* name = node.find("name");
+        return name != nullptr ? name->text : std::string();
+    };
+    const auto found = std::ranges::find_if(these, [&](const TreeNode& node) {
+        return !name_of(node).empty() && std::ranges::find(those, name_of(node), name_of) == those.end();
+    });
+    return found == these.end() ? nullptr : &*found;
+}
+
+/// Of arrays of other lengths.
+std::string length_difference(const TreeNode& now, const TreeNode& before, const std::string& path) {
+    if (const TreeNode* added = only_in(now.children, before.children)) {
+        return path_of(path, *added, 0) + " is new";
+    }
+    if (const TreeNode* removed = only_in(before.children, now.children)) {
+        return path_of(path, *removed, 0) + " is gone";
+    }
+    return fmt::format("{} is {}, was {}", path, whole_value(now), whole_value(before));
+}
+
 // The first difference between two values; both stand at `path`.
 std::string value_difference(const TreeNode& now, const TreeNode& before, const std::string& path) {
     const std::optional<Rational> fraction = fraction_of(now);
@@ -59,17 +96,17 @@ std::string value_difference(const TreeNode& now, const TreeNode& before, const 
         case TreeKind::table:
             return table_difference(now, before, path);
         case TreeKind::array:
-            for (std::size_t i = 0; i < std::min(now.children.size(), before.children.size()); ++i) {
+            if (now.children.size() != before.children.size()) {
+                return length_difference(now, before, path);
+            }
+            for (std::size_t i = 0; i < now.children.size(); ++i) {
                 const std::string found =
                     value_difference(now.children[i], before.children[i], path_of(path, now.children[i], i));
                 if (!found.empty()) {
                     return found;
                 }
             }
-            if (now.children.size() == before.children.size()) {
-                return "";
-            }
-            break;
+            return "";
         case TreeKind::boolean:
             if (now.boolean == before.boolean) {
                 return "";
@@ -104,7 +141,7 @@ std::string table_difference(const TreeNode& now, const TreeNode& before, const 
         } else if (child.kind == TreeKind::table) {
             found = table_difference(child, nothing, child_path);
         } else {
-            found = fmt::format("{} is {}, was not set", child_path, describe_value(child));
+            found = fmt::format("{} is {}, was not set", child_path, whole_value(child));
         }
         if (!found.empty()) {
             return found;
@@ -119,7 +156,7 @@ std::string table_difference(const TreeNode& now, const TreeNode& before, const 
         const std::string found =
             child.kind == TreeKind::table
                 ? table_difference(nothing, child, child_path)
-                : fmt::format("{} is not set, was {}", child_path, describe_value(child));
+                : fmt::format("{} is not set, was {}", child_path, whole_value(child));
         if (!found.empty()) {
             return found;
         }

@@ -278,6 +278,7 @@ TEST_F(sequence, masks_that_leave_no_pixel_are_an_error) {
     EXPECT_NO_THROW(compared("a.png", "b.png"));
     diff::add_to_mask("50,0,50,64", {}, settings.pair.mask);
     EXPECT_THROW(compared("a.png", "b.png"), sim::Error);
+    EXPECT_THROW(compared("a.png", "a.png"), sim::Error);
 }
 
 TEST_F(sequence, bodies_are_named_and_can_be_ignored) {

@@ -66,6 +66,10 @@ TEST_F(baseline, of_one_machine_asks_for_equality_and_names_the_key) {
             << json["cases"][0]["cause_text"];
         sim::write_file(folder / "block.toml", text);
     }
+    // One level, by a light that moves nothing.
+    sim::write_file(folder / "block.toml", text + "[light]\nsun_intensity = 3.405\n");
+    EXPECT_EQ(result_of_check("block.toml", 1)["cases"][0]["frames"][0]["largest_difference"], 1);
+    sim::write_file(folder / "block.toml", text);
     // One level in one pixel, of a baseline that the same program has drawn from the same scene.
     EXPECT_EQ(result_of_check("block.toml", 0)["cases"][0]["tier"], "identical");
     const fs::path picture = folder / "baselines/block/common/frame_000004.png";
@@ -109,6 +113,12 @@ TEST_F(baseline, settings_stay_and_are_taken_back) {
     ASSERT_EQ(tumble("baseline update block.toml --unset light.sun_intensity --mask 0,0,8,8 --ignore-body floor "
                      "--quiet").code, 0);
     EXPECT_EQ(record()["overrides"].dump(), R"(["output.width=48","output.height=27"])");
+    EXPECT_EQ(record()["masks"].dump(), R"(["0,0,8,8"])");
+    for (const char* nothing : {"--ignore-body flor", "--mask 0,0,48,30", "--mask 50,0,4,4"}) {
+        const test::Outcome refused = tumble(std::string("baseline update block.toml ") + nothing);
+        EXPECT_NE(refused.code, 0) << nothing;
+        test::expect_one_line(refused.err);
+    }
     EXPECT_EQ(record()["masks"].dump(), R"(["0,0,8,8"])");
     // Another baseline of the scene, checked with the first.
     ASSERT_EQ(tumble("baseline update block.toml --name large --frames 2 --size 96x54 --quiet").code, 0);
@@ -154,6 +164,14 @@ TEST_F(baseline, one_bad_scene_does_not_end_the_others_report) {
     ASSERT_EQ(json["cases"].size(), 2u);
     EXPECT_NE(json["cases"][0]["message"].get<std::string>().find("density"), std::string::npos);
     EXPECT_EQ(json["cases"][1]["tier"], "identical");
+    // Nor does it end the acceptance of others.
+    replace_in(folder / "other.toml", "density = 1000", "density = 900");
+    replace_in(folder / "other.toml", "0.5, 0.5, 0.5", "0.5, 0.5, 0.6");
+    result_of_check("", 2);
+    const test::Outcome accepted = tumble("baseline accept out/baselines");
+    EXPECT_EQ(accepted.code, 4);
+    EXPECT_NE(accepted.out.find("other: "), std::string::npos) << accepted.out;
+    test::expect_one_line(accepted.err);
     // A record with a frame that cannot be.
     replace_in(folder / "baselines/other/common/baseline.json", "\"frames\": [\n    0", "\"frames\": [\n    -1");
     EXPECT_EQ(tumble("baseline check other.toml --quiet").code, 3);

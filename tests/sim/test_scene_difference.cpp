@@ -57,5 +57,9 @@ TEST(scene_difference, keys_that_came_or_went_are_named) {
     EXPECT_EQ(difference(before_text, {}, {"simulation.iteration_limit=5"}),
               "simulation.iteration_limit is not set, was 5");
     EXPECT_EQ(difference(before_text + std::string("[[body]]\nname = \"b\"\n")),
-              "body is an array of 2 values, was an array of 1 value");
+              "body.b is new");
+    EXPECT_EQ(difference("title = \"a\"\nsimulation = { tolerance = 1e-4, warm_start = true, gravity = [0, 0, -9.81] }\nbody = []\n"),
+              "body.cube is gone");
+    EXPECT_EQ(difference(before_text, {"overlay.show=[\"title\", \"plots\"]"}, {"overlay.show=[\"title\", \"time\", \"plots\"]"}),
+              "overlay.show is [\"title\", \"plots\"], was [\"title\", \"time\", \"plots\"]");
 }
