@@ -45,7 +45,7 @@ constexpr std::size_t most_clusters = 16;
 /// A cluster is noise that has no more pixels beyond an edge's.
 constexpr int most_noise_pixels = 12;
 
-/// Limits of a lossy pair that encoders' noise reaches first grow with the mean shift of all edges beyond this [px] ...
+/// Limits of a lossy pair grow with the mean shift of all edges beyond this [px] ...
 constexpr double usual_loss = 0.3;
 /// ... up to so many times [-].
 constexpr double most_room = 2.0;
@@ -93,8 +93,7 @@ private:
         if (limit.value == not_asked) {
             return;
         }
-        const bool is_of_edges = id == GateId::edge_shift || id == GateId::block_drift || id == GateId::sharpness;
-        limit.value *= limit.source == Limit().source && is_of_edges ? room_ : 1.0;
+        limit.value *= limit.grows ? room_ : 1.0;
         gates.push_back({name_of(id), value, limit.value, unit, std::move(reason), limit.source, value > limit.value});
     }
 
@@ -309,20 +308,21 @@ const char* name_of(GateId id) {
 Limits lossy_limits(const Limits& limits, bool is_jpeg) {
     Limits lossy = limits;
     lossy.is_lossy = true;
-    const auto set = [&lossy](GateId id, double value) {
+    const auto set = [&lossy](GateId id, double value, bool grows) {
         Limit& limit = lossy.of[static_cast<std::size_t>(id)];
         if (limit.source == Limit().source || value == not_asked) {
             limit.value = value;
+            limit.grows = grows;
         }
     };
-    set(GateId::lone, not_asked);
-    set(GateId::stray, not_asked);
-    set(GateId::displacement, limits[GateId::edge_shift].value);
-    set(GateId::block_drift, 3.2);
-    set(GateId::sharpness, 16.0);
-    if (is_jpeg) { // which has plain colours up to two levels off, all of a picture the same way
-        set(GateId::drift, 2.2);
-    }
+    set(GateId::lone, not_asked, false);
+    set(GateId::stray, not_asked, false);
+    set(GateId::displacement, limits[GateId::edge_shift].value, false);
+    set(GateId::edge_shift, limits[GateId::edge_shift].value, true);
+    set(GateId::block_drift, 3.2, true);
+    set(GateId::sharpness, 16.0, true);
+    // JPEG has plain colours up to two levels off, all of a picture the same way.
+    set(GateId::drift, is_jpeg ? 2.2 : 0.3, !is_jpeg);
     return lossy;
 }
 

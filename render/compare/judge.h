@@ -30,6 +30,7 @@ inline constexpr double not_asked = std::numeric_limits<double>::infinity();
 struct Limit {
     double value = 0.0;
     std::string source = "default";
+    bool grows = false; ///< with what encoders have left of a pair's edges
 };
 
 /// Of GateId. README.md in this folder has the pictures that the defaults were chosen by.
