@@ -1,6 +1,7 @@
 #include "render/compare/bodies.h"
 
 #include "render/compare/displacement.h"
+#include "render/compare/scene_change.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 
@@ -28,10 +29,6 @@ constexpr double least_distance = 1e-9; ///< [m] positions are written with all 
 constexpr double least_angle = 1e-6;    ///< [degrees] the same
 /// A body of which so much more is seen in one picture [-] has been partly hidden: the middle of the rest tells no shift.
 constexpr double most_hidden = 0.1;
-/// Bodies that stand still and look different all the same, from which on camera or light are said to have changed: so many,
-/// and this share [-] of all that are seen.
-constexpr std::size_t least_still = 3;
-constexpr double least_still_share = 1.0 / 3.0;
 
 /// What one body covers in one image.
 struct Cover {
@@ -56,9 +53,6 @@ struct Body {
     Cover before;
     Cover after;
     std::int64_t changed = 0;        ///< pixels that it covers before or after, beyond an edge's noise
-    std::int64_t elsewhere = 0;      ///< pixels that it covers before or after only
-    double light_before = 0.0;       ///< sum of the changed pixels' values that it covers before and after [levels]
-    double light_after = 0.0;        ///< [levels]
     std::set<std::int32_t> cells;    ///< that it covers before or after
     std::int32_t last_cell = -1;
 
@@ -116,10 +110,6 @@ Motion motion_of(const BodyImage& a, const BodyImage& b, const std::string& name
     return motion;
 }
 
-double light_of(const Picture& picture, std::size_t pixel) {
-    return picture.rgb[3 * pixel] + picture.rgb[3 * pixel + 1] + picture.rgb[3 * pixel + 2];
-}
-
 /// All bodies that are seen.
 std::map<std::string, Body> find_bodies(const BodyImage& reference, const BodyImage& candidate,
                                         const DifferenceMap& map) {
@@ -142,21 +132,15 @@ std::map<std::string, Body> find_bodies(const BodyImage& reference, const BodyIm
             Body* before = body_of(reference, reference.ids[pixel], of_reference);
             Body* after = body_of(candidate, candidate.ids[pixel], of_candidate);
             const bool is_changed = map.excess[pixel] > changed_levels;
-            if (is_changed && before != nullptr && before == after) {
-                before->light_before += light_of(map.reference, pixel);
-                before->light_after += light_of(map.candidate, pixel);
-            }
             const std::int32_t cell = y / cell_size * columns + x / cell_size;
             if (before != nullptr) {
                 before->before.add(x, y);
                 before->changed += is_changed;
-                before->elsewhere += after != before;
                 before->add_cell(cell);
             }
             if (after != nullptr) {
                 after->after.add(x, y);
                 after->changed += is_changed && after != before;
-                after->elsewhere += after != before;
                 after->add_cell(cell);
             }
         }
@@ -256,6 +240,7 @@ std::optional<BodyImage> read_body_image(const fs::path& picture, const PictureL
         json.at("names").get_to(image.names);
         json.at("positions").get_to(image.positions);
         image.orientations = json.value("orientations", image.orientations);
+        read_scene(json, image);
     } catch (const nlohmann::json::exception&) {
         throw sim::Error(sim::ExitCode::io, "cannot read " + names_path.string() + ": it is damaged");
     }
@@ -285,50 +270,17 @@ void mask_bodies(const BodyImage& image, const std::vector<std::string>& names, 
     }
 }
 
-namespace {
-
-/// What bodies show that stand still: that the camera has moved, or that the light is another; empty if few look different.
-std::string scene_change_of(const std::map<std::string, Body>& bodies, const std::vector<const Body*>& still) {
-    if (still.size() < least_still || static_cast<double>(still.size()) < least_still_share * static_cast<double>(bodies.size())) {
-        return {};
-    }
-    double before = 0.0;
-    double after = 0.0;
-    std::size_t elsewhere = 0;
-    for (const Body* body : still) {
-        before += body->light_before;
-        after += body->light_after;
-        elsewhere += body->elsewhere > 0;
-    }
-    if (2 * elsewhere > still.size()) {
-        return fmt::format("the camera moved: {} bodies that stand still are seen elsewhere", still.size());
-    }
-    const double percent = before > 0.0 ? 100.0 * (after / before - 1.0) : 0.0;
-    return fmt::format("the light changed: {} bodies that stand still are {:.2g} % {}", still.size(), std::abs(percent),
-                       percent < 0.0 ? "darker" : "brighter");
-}
-
-} // namespace
-
 void name_bodies(const BodyImage& reference, const BodyImage& candidate, const DifferenceMap& map, Frame& frame) {
     for (Cluster& cluster : frame.clusters) {
         cluster.bodies = names_in(cluster.box, reference, candidate, map);
     }
     const std::map<std::string, Body> bodies = find_bodies(reference, candidate, map);
-    std::map<std::string, Motion> motions;
-    std::vector<const Body*> still;
-    for (const auto& [name, body] : bodies) {
-        const Motion motion = motions[name] = motion_of(reference, candidate, name);
-        const std::int64_t least = std::max(least_pixels, std::max(body.before.pixels, body.after.pixels) / 4);
-        if (motion.is_still() && body.changed >= least) {
-            still.push_back(&body);
-        }
-    }
-    frame.scene_change = scene_change_of(bodies, still);
+    frame.scene_change = scene_change(reference, candidate);
     std::vector<std::pair<std::int64_t, BodyChange>> order;
     for (const auto& [name, body] : bodies) {
-        const bool is_said = body.changed == 0 || (!frame.scene_change.empty() && motions[name].is_still());
-        const auto change = is_said ? std::nullopt : change_of(name, body, motions[name], map);
+        const Motion motion = motion_of(reference, candidate, name);
+        const bool is_said = body.changed == 0 || (!frame.scene_change.empty() && motion.is_still());
+        const auto change = is_said ? std::nullopt : change_of(name, body, motion, map);
         if (change) {
             order.emplace_back(body.changed, *change);
         }

@@ -14,6 +14,21 @@
 
 namespace diff {
 
+/// Where a picture was taken from.
+struct ShownView {
+    std::array<double, 3> eye{};    ///< [m]
+    std::array<double, 3> target{}; ///< [m]
+    double fov_degrees = 0.0;       ///< vertical
+};
+
+/// What a picture was lit by: linear RGB.
+struct ShownLight {
+    std::array<double, 3> to_sun{}; ///< unit
+    std::array<double, 3> sun{};
+    std::array<double, 3> zenith{};
+    std::array<double, 3> horizon{};
+};
+
 struct BodyImage {
     int width = 0;                                ///< [px]
     int height = 0;                               ///< [px]
@@ -21,6 +36,8 @@ struct BodyImage {
     std::vector<std::string> names;               ///< [body_count]
     std::vector<std::array<double, 3>> positions; ///< [body_count] [m] centres of mass
     std::vector<std::array<double, 4>> orientations; ///< [body_count] unit quaternions w x y z; of older files empty
+    std::optional<ShownView> view;   ///< of older files none, as
+    std::optional<ShownLight> light; ///< this
 };
 
 /// The image beside PICTURE.png: PICTURE.bodies.png and PICTURE.bodies.json; none if there is none.
@@ -30,9 +47,8 @@ std::optional<BodyImage> read_body_image(const std::filesystem::path& picture, c
 /// Makes white the pixels that show one of the bodies and their neighbours, which their edges reach.
 void mask_bodies(const BodyImage& image, const std::vector<std::string>& names, Picture& pixels);
 
-/// Names the bodies of clusters, and lists what happened to bodies; what a moved camera or another light does to those that
-/// stand still is said once. All are of one size; `map` is of the same two
-/// pictures.
+/// Names the bodies of clusters, and lists what happened to bodies; of those that stand still, what a moved camera or
+/// another light does to them is said once. All are of one size; `map` is of the same two pictures.
 void name_bodies(const BodyImage& reference, const BodyImage& candidate, const DifferenceMap& map, Frame& frame);
 
 } // namespace diff

@@ -1,6 +1,7 @@
 #include "render/picture/body_image.h"
 
 #include "render/picture/image.h"
+#include "render/scene/camera.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 
@@ -27,8 +28,20 @@ std::vector<NamedBytes> encode_body_image(const std::string& frame, const sim::S
         const sim::Quat& q = snapshot.bodies[i].orientation;
         orientations.push_back({q.w(), q.x(), q.y(), q.z()});
     }
+    const double aspect = static_cast<double>(scene.output.width) / scene.output.height;
+    const View view = camera_view(find_camera(scene, scene.output.camera), snapshot, aspect);
+    const sim::LightDef& light = scene.light;
+    const auto array_of = [](const sim::Vec3& v) { return nlohmann::ordered_json{v.x(), v.y(), v.z()}; };
     const nlohmann::ordered_json json = {
-        {"names", names}, {"positions", positions}, {"orientations", orientations}};
+        {"names", names},
+        {"positions", positions},
+        {"orientations", orientations},
+        {"view", {{"eye", array_of(view.eye)}, {"target", array_of(view.target)}, {"fov_degrees", view.fov_degrees}}},
+        {"light",
+         {{"to_sun", array_of(light.to_sun)},
+          {"sun", array_of(light.sun_intensity * light.sun_color)},
+          {"zenith", array_of(light.sky_intensity * light.sky_zenith)},
+          {"horizon", array_of(light.sky_intensity * light.sky_horizon)}}}};
     const std::string stem = std::filesystem::path(frame).replace_extension().string() + ".bodies";
     const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
     return {{stem + ".png", encode_png(image)}, {stem + ".json", {text.begin(), text.end()}}};

@@ -3,7 +3,8 @@
 ///
 /// frame_000000.bodies.png: a pixel's number is R + 256 G + 65536 B, the index of the body plus 1; 0: none.
 /// frame_000000.bodies.json: {"names": [...], "positions": [[x, y, z], ...], "orientations": [[w, x, y, z], ...]} of all
-/// bodies: centres of mass [m], and world_from_body.
+/// bodies: centres of mass [m], and world_from_body; and what they are seen by: "view": {"eye", "target", "fov_degrees"},
+/// "light": {"to_sun", "sun", "zenith", "horizon"}, linear RGB.
 #include "sim/model/scene_def.h"
 #include "sim/model/snapshot.h"
 
