@@ -1,5 +1,6 @@
 #include "render/compare/history.h"
 
+#include "render/compare/utf8.h"
 #include "sim/base/error.h"
 
 #include <fcntl.h>
@@ -33,14 +34,14 @@ std::string line_of(const Case& result, const std::string& program, const std::s
         largest = std::max(largest, frame.largest_difference);
     }
     const nlohmann::ordered_json json = {{"time", time},
-                                         {"case", result.name},
+                                         {"case", as_utf8(result.name)},
                                          {"status", name_of(result.status)},
                                          {"tier", name_of(result.tier)},
                                          {"is_failed", result.is_failed},
                                          {"curve", curve},
                                          {"largest_difference", largest},
                                          {"program", program}};
-    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    return json.dump() + "\n";
 }
 
 [[noreturn]] void fail(const fs::path& path, const char* what) {
@@ -81,7 +82,7 @@ void read_history(const fs::path& path, Comparison& comparison) {
         }
     }
     for (Case& result : comparison.cases) {
-        result.history = std::move(runs[result.name]);
+        result.history = std::move(runs[as_utf8(result.name)]);
         if (result.history.size() > most_runs) {
             result.history.erase(result.history.begin(), result.history.end() - most_runs);
         }

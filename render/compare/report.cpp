@@ -172,25 +172,34 @@ std::string summary_line(const Comparison& comparison) {
                        comparison.cases_of_tier[2], cases - compared_count(comparison), comparison.failed_cases);
 }
 
+/// Names of files may be any bytes, JSON holds characters.
+void make_utf8(Json& json) {
+    if (json.is_structured()) {
+        std::for_each(json.begin(), json.end(), make_utf8);
+    } else if (json.is_string()) {
+        json = as_utf8(json.get_ref<const std::string&>());
+    }
+}
+
 } // namespace
 
 std::string to_json(const Comparison& comparison) {
-    const Json json = {{"version", 1},
-                       {"program", comparison.program},
-                       {"command", comparison.command},
-                       {"accept", comparison.accept},
-                       {"fail_on", name_of(comparison.fail_on)},
-                       {"exit_code", comparison.exit_code},
-                       {"counts",
-                        {{"identical", comparison.cases_of_tier[0]},
-                         {"noise", comparison.cases_of_tier[1]},
-                         {"changed", comparison.cases_of_tier[2]},
-                         {"not_compared",
-                          static_cast<std::int64_t>(comparison.cases.size()) - compared_count(comparison)},
-                         {"failed", comparison.failed_cases}}},
-                       {"cases", list(comparison.cases, [](const Case& c) { return to_json(c); })}};
-    // Bytes that are no UTF-8 (a file name) are replaced: dump() would throw.
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    Json json = {{"version", 1},
+                 {"program", comparison.program},
+                 {"command", comparison.command},
+                 {"accept", comparison.accept},
+                 {"fail_on", name_of(comparison.fail_on)},
+                 {"exit_code", comparison.exit_code},
+                 {"counts",
+                  {{"identical", comparison.cases_of_tier[0]},
+                   {"noise", comparison.cases_of_tier[1]},
+                   {"changed", comparison.cases_of_tier[2]},
+                   {"not_compared",
+                    static_cast<std::int64_t>(comparison.cases.size()) - compared_count(comparison)},
+                   {"failed", comparison.failed_cases}}},
+                 {"cases", list(comparison.cases, [](const Case& c) { return to_json(c); })}};
+    make_utf8(json);
+    return json.dump(2) + "\n";
 }
 
 std::string to_junit(const Comparison& comparison) {

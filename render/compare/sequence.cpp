@@ -285,8 +285,9 @@ public:
         Frame& frame = result_.frames[i];
         Frame again; // fills the memory with the pictures and what differs
         compare_files(paths, measuring_, memory, again);
-        frame.reference_picture = copy(paths.reference, frame, "reference");
-        frame.candidate_picture = copy(paths.candidate, frame, "candidate");
+        // What is damaged shows nothing.
+        frame.reference_picture = again.width > 0 ? copy(paths.reference, frame, "reference") : "";
+        frame.candidate_picture = again.candidate_width > 0 ? copy(paths.candidate, frame, "candidate") : "";
         add_difference(memory, frame);
     }
 

@@ -180,6 +180,7 @@ TEST_F(sequence, missing_extra_unreadable_and_resized_frames_each_have_their_sta
     EXPECT_TRUE(fs::exists(folder / reviewed.frames[0].candidate_picture));
     EXPECT_TRUE(fs::exists(folder / reviewed.frames[1].reference_picture));
     EXPECT_TRUE(fs::exists(folder / reviewed.frames[2].reference_picture));
+    EXPECT_EQ(reviewed.frames[2].candidate_picture, "");
     EXPECT_TRUE(fs::exists(folder / reviewed.frames[3].difference_picture));
     EXPECT_TRUE(reviewed.frames[4].reference_picture.empty());
 }
