@@ -28,7 +28,7 @@ constexpr std::int64_t least_cluster_pixels = 30;
 constexpr double least_explained_of_large = 0.4;
 constexpr std::int64_t large_cluster_pixels = 100;
 /// Of lossy pairs, where encoders' noise makes clusters that some shift explains half: so much of a large one.
-constexpr double least_explained_of_lossy = 0.85;
+constexpr double least_explained_of_lossy = 0.88;
 bool is_explained(const Area& area, const Displacement& u, bool is_lossy) {
     if (is_lossy) {
         return area.pixels >= large_cluster_pixels && u.explained >= least_explained_of_lossy;
@@ -319,7 +319,7 @@ Limits lossy_limits(const Limits& limits, bool is_jpeg) {
     set(GateId::stray, not_asked, false);
     set(GateId::displacement, limits[GateId::edge_shift].value, false);
     set(GateId::edge_shift, limits[GateId::edge_shift].value, true);
-    set(GateId::block_drift, 3.2, true);
+    set(GateId::block_drift, is_jpeg ? 3.2 : 3.6, true);
     set(GateId::sharpness, 16.0, true);
     // JPEG has plain colours up to two levels off, all of a picture the same way.
     set(GateId::drift, is_jpeg ? 2.2 : 0.3, !is_jpeg);
