@@ -177,4 +177,18 @@ ROW_LOOP void add_row(Row row, std::size_t n, std::uint16_t* __restrict sums) {
     }
 }
 
+ROW_LOOP void add_sums(const std::uint16_t* __restrict row, std::size_t n, std::uint16_t* __restrict sums) {
+    for (std::size_t i = 0; i < n; ++i) {
+        sums[i] = static_cast<std::uint16_t>(sums[i] + row[i]);
+    }
+}
+
+ROW_LOOP void divide(const std::uint16_t* __restrict sums, std::size_t n, std::uint32_t count, std::uint8_t* __restrict out) {
+    // Exact for sums of up to 255 times count.
+    const std::uint32_t inverse = ((1u << 24) + count - 1) / count;
+    for (std::size_t i = 0; i < n; ++i) {
+        out[i] = static_cast<std::uint8_t>((sums[i] + count / 2) * inverse >> 24);
+    }
+}
+
 } // namespace diff

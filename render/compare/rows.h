@@ -82,5 +82,9 @@ void replace_above(Row values, Ramp ramp, std::size_t n, std::uint8_t* out);
 
 /// Sums of columns of bytes, of up to 257 rows.
 void add_row(Row row, std::size_t n, std::uint16_t* sums);
+void add_sums(const std::uint16_t* row, std::size_t n, std::uint16_t* sums);
+
+/// Means, rounded, of sums of up to 256 bytes.
+void divide(const std::uint16_t* sums, std::size_t n, std::uint32_t count, std::uint8_t* out);
 
 } // namespace diff

@@ -10,7 +10,8 @@ namespace diff {
 
 namespace {
 
-constexpr int most_width = 1920; ///< [px] of the film
+constexpr int most_width = 1920; ///< [px] of the film, of pictures that are not larger than most_factor allows
+constexpr int most_factor = 16;  ///< of its pixels a picture has factor x factor, of which sums are of 16 bits
 constexpr double default_fps = 30.0;
 
 /// The film's pictures: three panels of one size.
@@ -18,7 +19,7 @@ class Panels {
 public:
     Panels(int width, int height) {
         CHECK(width > 0 && height > 0);
-        const int factor = std::max(1, (3 * width + most_width - 1) / most_width);
+        const int factor = std::clamp((3 * width + most_width - 1) / most_width, 1, most_factor);
         factor_ = static_cast<std::size_t>(factor);
         panel_width_ = std::max(1, width / factor);
         film_.width = 3 * panel_width_;
@@ -30,24 +31,23 @@ public:
     void set(int panel, const Picture& picture) {
         const Size size = size_of(picture.width, picture.height);
         const std::size_t step = factor_ * 3;
-        const auto count = static_cast<std::uint64_t>(factor_ * factor_);
-        // Divides sums of up to 256 times count exactly, for factors of up to 63.
-        const std::uint64_t inverse = ((std::uint64_t{1} << 32) + count - 1) / count;
+        means_.resize(size.width * step);
         for (int y = 0; y < size.height; ++y) {
-            sums_.assign(size.width * step, 0);
+            sums_.assign(means_.size() + step, 0); // beyond the last pixel too
             for (std::size_t k = 0; k < factor_; ++k) {
-                add_row(row_of(picture, first_row(y) + static_cast<int>(k)), sums_.size(), sums_.data());
+                add_row(row_of(picture, first_row(y) + static_cast<int>(k)), means_.size(), sums_.data());
             }
+            squares_ = sums_;
+            for (std::size_t k = 1; k < factor_; ++k) {
+                add_sums(sums_.data() + 3 * k, means_.size(), squares_.data());
+            }
+            divide(squares_.data(), means_.size(), static_cast<std::uint32_t>(factor_ * factor_), means_.data());
             std::uint8_t* out = place_of(panel, y);
-            const std::uint16_t* first = sums_.data();
-            for (std::size_t x = 0; x < size.width; ++x, first += step) {
-                for (std::size_t c = 0; c < 3; ++c) {
-                    std::uint64_t sum = count / 2;
-                    for (std::size_t k = 0; k < step; k += 3) {
-                        sum += first[k + c];
-                    }
-                    *out++ = static_cast<std::uint8_t>(sum * inverse >> 32);
-                }
+            for (std::size_t x = 0; x < size.width; ++x, out += 3) {
+                const std::uint8_t* mean = &means_[x * step];
+                out[0] = mean[0];
+                out[1] = mean[1];
+                out[2] = mean[2];
             }
         }
     }
@@ -91,7 +91,9 @@ private:
     std::size_t factor_ = 1;
     int panel_width_ = 1;
     Picture film_;
-    std::vector<std::uint16_t> sums_; ///< of factor rows
+    std::vector<std::uint16_t> sums_;    ///< of factor rows
+    std::vector<std::uint16_t> squares_; ///< of factor x factor pixels, from each of a row on
+    Bytes means_;                        ///< of these
     Bytes worst_;                     ///< indices of a row
 };
 
