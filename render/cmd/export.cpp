@@ -34,9 +34,13 @@ std::string csv_text(const std::string& text) {
     return field + "\"";
 }
 
-std::string csv_rows(const sim::Snapshot& state, const std::vector<std::string>& names) {
+/// Of the bodies that are there. names: as fields.
+std::string csv_rows(const sim::SceneDef& scene, const std::vector<std::string>& names, const sim::Snapshot& state) {
     std::string rows;
     for (std::size_t i = 0; i < state.bodies.size(); ++i) {
+        if (!scene.bodies[i].is_there(state.time)) {
+            continue;
+        }
         const sim::BodySnapshot& b = state.bodies[i];
         rows +=
             fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", state.step, state.time, names[i],
@@ -65,7 +69,7 @@ struct PartFile {
 };
 
 /// A row a body and record, in bounded memory.
-void write_csv(const std::string& name, const sim::TrajectoryReader& trajectory) {
+void write_csv(const std::string& name, const sim::SceneDef& scene, const sim::TrajectoryReader& trajectory) {
     const bool is_stdout = name == "-";
     PartFile part{is_stdout ? fs::path() : sim::part_path(name)};
     std::FILE* file = stdout;
@@ -79,15 +83,15 @@ void write_csv(const std::string& name, const sim::TrajectoryReader& trajectory)
         fail();
     }
     std::vector<std::string> names;
-    for (const std::string& body : trajectory.info().body_names) {
-        names.push_back(csv_text(body));
+    for (const sim::BodyDef& body : scene.bodies) {
+        names.push_back(csv_text(body.name));
     }
     bool is_good = std::fputs(csv_head, file) >= 0;
     for (std::size_t record = 0; record < trajectory.steps().size() && is_good; ++record) {
         if (is_interrupted()) {
             throw Error(ExitCode::interrupted, "interrupted; no file was made");
         }
-        is_good = std::fputs(csv_rows(trajectory.read(record), names).c_str(), file) >= 0;
+        is_good = std::fputs(csv_rows(scene, names, trajectory.read(record)).c_str(), file) >= 0;
     }
     if (!is_good || std::fflush(file) != 0) {
         fail();
@@ -133,14 +137,14 @@ void export_run(const ExportOptions& options) {
     if (trajectory.steps().empty()) {
         throw Error(ExitCode::usage, fmt::format("{} has no record", path.string()));
     }
+    const sim::TrajectoryInfo& info = trajectory.info();
+    const sim::SceneDef scene = sim::parse_scene(info.scene_text, info.scene_name + ".toml", info.overrides);
     if (!options.csv.empty()) {
-        write_csv(options.csv, trajectory);
+        write_csv(options.csv, scene, trajectory);
     }
     if (options.gltf.empty()) {
         return;
     }
-    const sim::TrajectoryInfo& info = trajectory.info();
-    const sim::SceneDef scene = sim::parse_scene(info.scene_text, info.scene_name + ".toml", info.overrides);
     const GltfSummary summary = write_gltf(options.gltf, scene, trajectory);
     if (!options.is_quiet) {
         fmt::print("{}: {} nodes, {} of {} poses kept\n", options.gltf, summary.nodes, summary.keys,

@@ -106,8 +106,7 @@ render::Mesh box_mesh() {
             for (const auto& [a, b] : {std::pair(-1.0f, -1.0f), {1.0f, -1.0f}, {1.0f, 1.0f}, {-1.0f, 1.0f}}) {
                 mesh.vertices.push_back({normal + a * u + b * v, normal, 0});
             }
-            mesh.indices.insert(mesh.indices.end(),
-                                {first, first + 1, first + 2, first, first + 2, first + 3});
+            mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
         }
     }
     return mesh;
@@ -184,10 +183,6 @@ public:
     }
 
     void animate(int node, const std::vector<Key>& keys) {
-        if (model_.animations.empty()) {
-            model_.animations.resize(1);
-            model_.animations[0].name = scene_.name;
-        }
         std::vector<float> times, positions, orientations;
         Quat last = keys.front().orientation;
         for (const Key& key : keys) {
@@ -208,6 +203,15 @@ public:
         add_channel(node, "rotation", input, add_accessor(orientations, TINYGLTF_TYPE_VEC4, 0));
     }
 
+    /// A body that is not there has no size. keys: its own; none: it never comes.
+    void hide_before(int node, const std::vector<Key>& keys) {
+        const std::vector<float> times = keys.empty() ? std::vector{0.0f} : std::vector{0.0f, keys.front().time};
+        std::vector<float> sizes(3 * times.size(), 1.0f);
+        std::fill_n(sizes.begin(), 3, 0.0f);
+        const int input = add_accessor(times, TINYGLTF_TYPE_SCALAR, 0, true);
+        add_channel(node, "scale", input, add_accessor(sizes, TINYGLTF_TYPE_VEC3, 0), "STEP");
+    }
+
     std::string bytes() {
         tinygltf::TinyGLTF writer;
         std::ostringstream stream;
@@ -223,12 +227,14 @@ private:
         return index;
     }
 
-    void add_channel(int node, const char* path, int input, int output) {
+    void add_channel(int node, const char* path, int input, int output, const char* interpolation = "LINEAR") {
+        model_.animations.resize(1);
+        model_.animations[0].name = scene_.name;
         tinygltf::Animation& animation = model_.animations[0];
         tinygltf::AnimationSampler sampler;
         sampler.input = input;
         sampler.output = output;
-        sampler.interpolation = "LINEAR";
+        sampler.interpolation = interpolation;
         animation.samplers.push_back(sampler);
         tinygltf::AnimationChannel channel;
         channel.sampler = static_cast<int>(animation.samplers.size()) - 1;
@@ -255,8 +261,7 @@ private:
         accessor.type = type;
         accessor.componentType = std::is_same_v<Number, float> ? TINYGLTF_COMPONENT_TYPE_FLOAT
                                                                : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-        const auto width =
-            static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
+        const auto width = static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
         accessor.count = values.size() / width;
         if (has_bounds) {
             accessor.minValues.assign(width, std::numeric_limits<double>::max());
@@ -327,8 +332,7 @@ private:
     int mesh_of(int id, const sim::LookDef& look) {
         const int material = material_of(look);
         const std::array<int, 3> accessors = accessors_of(id);
-        const auto [place, is_new] =
-            meshes_.try_emplace({accessors[0], material}, static_cast<int>(model_.meshes.size()));
+        const auto [place, is_new] = meshes_.try_emplace({accessors[0], material}, static_cast<int>(model_.meshes.size()));
         if (is_new) {
             tinygltf::Primitive primitive;
             primitive.attributes = {{"POSITION", accessors[0]}, {"NORMAL", accessors[1]}};
@@ -352,8 +356,7 @@ private:
         node.scale = numbers(vector(instance.scale));
         add_node(node, node_of_body_[body]);
         const double reach = (vector(instance.position) - state.position).norm();
-        radius_of_body_[body] =
-            std::max(radius_of_body_[body], reach + static_cast<double>(instance.bounding_radius));
+        radius_of_body_[body] = std::max(radius_of_body_[body], reach + static_cast<double>(instance.bounding_radius));
     }
 
     void add_bodies() {
@@ -376,8 +379,9 @@ private:
                 add_part(i, ground, floor_id);
             }
         }
-        const render::Parts parts =
-            render::collect_parts(scene_, geometry_, start_, view(start_), {0.0, 1000.0});
+        sim::Snapshot all = start_;
+        all.time = std::numeric_limits<double>::infinity();
+        const render::Parts parts = render::collect_parts(scene_, geometry_, all, view(start_), {0.0, 1000.0});
         for (const std::vector<render::Part>* group : {&parts.boxes, &parts.rounds}) {
             for (const render::Part& part : *group) {
                 if (part.body > 0) { // rods are added from the joints
@@ -460,7 +464,8 @@ GltfSummary write_gltf(const std::filesystem::path& path, const sim::SceneDef& s
         const sim::Snapshot state = record == 0 ? start : trajectory.read(record);
         const auto time = static_cast<float>(state.time);
         for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-            if (!scene.bodies[i].is_fixed() && builder.node_of_body(i) >= 0) {
+            const sim::BodyDef& body = scene.bodies[i];
+            if (!body.is_fixed() && builder.node_of_body(i) >= 0 && body.is_there(state.time)) {
                 keys[i].push_back({time, state.bodies[i].position, state.bodies[i].orientation});
             }
         }
@@ -469,6 +474,9 @@ GltfSummary write_gltf(const std::filesystem::path& path, const sim::SceneDef& s
     const double tolerance = thinning * scene.step.tolerance;
     GltfSummary summary;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        if (builder.node_of_body(i) >= 0 && !scene.bodies[i].is_there(start.time)) {
+            builder.hide_before(builder.node_of_body(i), keys[i]);
+        }
         if (keys[i].size() > 1 && is_moved(keys[i])) {
             const std::vector<Key> kept = thinned(keys[i], builder.radius_of_body(i), tolerance);
             builder.animate(builder.node_of_body(i), kept);

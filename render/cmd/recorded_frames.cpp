@@ -123,7 +123,7 @@ std::shared_ptr<const sim::Snapshot> RecordedFrames::state(std::int64_t frame) c
         return from;
     }
     return std::make_shared<const sim::Snapshot>(
-        sim::interpolated(*from, *record(shown.before + 1), shown.share));
+        sim::interpolated(scene_, *from, *record(shown.before + 1), shown.share));
 }
 
 } // namespace cmd

@@ -269,7 +269,7 @@ bool Simulation::show(const std::shared_ptr<const sim::Snapshot>& snapshot) {
     for (; next_frame_ < frames_.end && is_shown_at(next_frame_, snapshot->step); ++next_frame_) {
         const double share = sim::frame_instant(scene_, next_frame_).share;
         const auto shown = share > 0.0
-                               ? std::make_shared<const sim::Snapshot>(sim::interpolated(*before_, *snapshot, share))
+                               ? std::make_shared<const sim::Snapshot>(sim::interpolated(scene_, *before_, *snapshot, share))
                                : snapshot;
         if (film_ != nullptr && !film_->add(next_frame_, shown)) {
             return false;

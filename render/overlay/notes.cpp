@@ -117,8 +117,11 @@ void NoteTaker::observe(const sim::Snapshot& snapshot) {
         }
     }
     for (std::size_t i = 0; i < notes_.trails.size(); ++i) {
-        const Vec3& at = snapshot.bodies[static_cast<std::size_t>(bodies_[i])].position;
-        extend(notes_.trails[i], PathPoint{snapshot.time, at}, spacing_);
+        const auto body = static_cast<std::size_t>(bodies_[i]);
+        if (!scene_.bodies[body].is_there(snapshot.time)) {
+            continue;
+        }
+        extend(notes_.trails[i], PathPoint{snapshot.time, snapshot.bodies[body].position}, spacing_);
         Path& trail = notes_.trails[i];
         const double oldest = snapshot.time - scene_.overlay.trail_time;
         while (scene_.overlay.trail_time > 0.0 && trail.front().time < oldest) {

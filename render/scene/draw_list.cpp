@@ -250,15 +250,16 @@ void add_state(const Shown& shown, const Parts& parts, const Filled& filled, Dra
     list.mirrored = find_mirrored(parts);
 }
 
-/// Whether bodies are not where they are in the first state: [body + 1]; [0]: of joints' rods.
-std::vector<bool> moving_bodies(std::span<const sim::Snapshot> states) {
+/// Whether bodies are not where, or not there as, they are in the first state: [body + 1]; [0]: of joints' rods.
+std::vector<bool> moving_bodies(const sim::SceneDef& scene, std::span<const sim::Snapshot> states) {
     std::vector<bool> moves(states.front().bodies.size() + 1, false);
     moves[0] = true;
     for (const sim::Snapshot& state : states) {
         for (std::size_t i = 0; i < state.bodies.size(); ++i) {
             const sim::BodySnapshot& first = states.front().bodies[i];
             const sim::BodySnapshot& body = state.bodies[i];
-            if (body.position != first.position || body.orientation.coeffs() != first.orientation.coeffs()) {
+            const bool comes = scene.bodies[i].is_there(state.time) != scene.bodies[i].is_there(states.front().time);
+            if (comes || body.position != first.position || body.orientation.coeffs() != first.orientation.coeffs()) {
                 moves[i + 1] = true;
             }
         }
@@ -302,7 +303,7 @@ std::vector<DrawList> make_draw_lists(const sim::SceneDef& scene, const SceneGeo
         CHECK(state.bodies.size() == scene.bodies.size());
         is_still = is_still && camera_view(camera, state, aspect) == view;
     }
-    const std::vector<bool> moves = moving_bodies(states);
+    const std::vector<bool> moves = moving_bodies(scene, states);
     std::vector<DrawList> lists;
     if (states.size() > 1 && (!is_still || has_moving_floor(scene, moves))) {
         for (const sim::Snapshot& state : states) {

@@ -196,7 +196,7 @@ Parts collect_parts(const sim::SceneDef& scene, const SceneGeometry& geometry, c
     PartCollector collector(geometry, view, setup.pixels_per_radian);
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const Pose pose{snapshot.bodies[i].position, snapshot.bodies[i].orientation};
-        if (scene.bodies[i].look.visible && pose.position.allFinite() &&
+        if (scene.bodies[i].look.visible && scene.bodies[i].is_there(snapshot.time) && pose.position.allFinite() &&
             pose.orientation.coeffs().allFinite()) {
             collector.add_body(scene.bodies[i], i, pose);
         }

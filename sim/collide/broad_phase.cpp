@@ -66,15 +66,19 @@ std::size_t BroadPhase::slot_of(std::int64_t key, int level) const {
 }
 
 /// Into the level whose cells are as large as the box, or up to twice as large, and there into the cell of its lower
-/// corner.
+/// corner; what is not there, nowhere.
 void BroadPhase::put(int body, const Bounds& box) {
+    Place& place = places_[static_cast<std::size_t>(body)];
+    if (box.lower.x() > box.upper.x()) {
+        place.level = -1;
+        return;
+    }
     const double size = (box.upper - box.lower).maxCoeff();
     int exponent = level_count;
     if (size < cell_size(level_count - 2)) {
         std::frexp(size, &exponent);
         exponent -= lowest_exponent;
     }
-    Place& place = places_[static_cast<std::size_t>(body)];
     place.level = std::clamp(exponent, 0, level_count - 1);
     std::vector<int>& members = members_[static_cast<std::size_t>(place.level)];
     place.index = static_cast<int>(members.size());
@@ -171,7 +175,7 @@ void BroadPhase::find_pairs(std::span<const Bounds> boxes, std::vector<BodyPair>
                 add_pair(i, j, boxes, pairs);
             }
         };
-        for (int level = own; level < level_count; ++level) {
+        for (int level = own; own >= 0 && level < level_count; ++level) {
             for_each_in(level, box, test);
         }
     }

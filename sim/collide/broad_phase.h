@@ -19,7 +19,7 @@ struct BodyPair {
 /// Pairs whose boxes overlap, ascending. Each box lies in a grid whose cells are up to twice its size; the few of a
 /// size that is rare (plates, floors) are compared with all. Of a heap of similar bodies each is compared with its
 /// neighbours, and a box that changes finds its pairs without a look at the others. boxes [body_count]: already
-/// enlarged by what the bodies may move.
+/// enlarged by what the bodies may move; no_bounds: not there.
 class BroadPhase {
 public:
     /// may_touch: tells of a pair whose boxes overlap whether it is one; none: all are.
@@ -36,7 +36,7 @@ private:
     using Cell = std::array<std::int64_t, 3>;
     struct Place {
         std::int64_t key = 0; ///< of its cell, in the grid of its level
-        int level = -1;       ///< none yet
+        int level = -1;       ///< none: it is not there
         int next = -1;        ///< body in the same slot
         int index = -1;       ///< in members_[level]
     };

@@ -8,7 +8,8 @@ namespace sim {
 /// Which moments of inertia are equal decides how a body turns freely (integrate.h).
 enum class InertiaKind { spherical, symmetric, asymmetric };
 
-/// Fixed after load. A static or kinematic body has inverse mass and inverse inertia zero.
+/// Fixed after load, but that a body which waits has no mass yet. A static or kinematic body has inverse mass and inverse
+/// inertia zero.
 struct BodyProps {
     double inverse_mass = 0.0;                     ///< [1/kg]
     Vec3 principal_inertia = Vec3::Zero();         ///< [kg m^2]; symmetric: z is the axis of symmetry
@@ -20,6 +21,7 @@ struct BodyProps {
     double mu_s = -1.0;           ///< [-]; < 0: the partner's
     double mu_d = -1.0;           ///< [-]; < 0: the partner's
     bool is_kinematic = false;    ///< moved by keys (motion.h)
+    bool is_waiting = false;      ///< to be released: until then nothing meets it, and nothing moves it
     Shape shape;
 
     bool is_static() const { return inverse_mass == 0.0; }           ///< no force moves it

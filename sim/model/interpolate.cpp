@@ -40,7 +40,7 @@ Acceleration acceleration(const Snapshot& from, const Snapshot& to, std::size_t 
 
 } // namespace
 
-Snapshot interpolated(const Snapshot& a, const Snapshot& b, double share) {
+Snapshot interpolated(const SceneDef& scene, const Snapshot& a, const Snapshot& b, double share) {
     Snapshot state;
     const double span = b.time - a.time;
     state.step = a.step;
@@ -50,7 +50,15 @@ Snapshot interpolated(const Snapshot& a, const Snapshot& b, double share) {
     state.impacts = b.impacts;
     state.bodies.reserve(a.bodies.size());
     for (std::size_t i = 0; i < a.bodies.size(); ++i) {
-        state.bodies.push_back(between(a.bodies[i], b.bodies[i], span, share));
+        const double release = scene.bodies[i].release;
+        if (release <= a.time) {
+            state.bodies.push_back(between(a.bodies[i], b.bodies[i], span, share));
+        } else if (state.time <= release) {
+            state.bodies.push_back(a.bodies[i]);
+        } else {
+            const double flight = b.time - release;
+            state.bodies.push_back(between(a.bodies[i], b.bodies[i], flight, (state.time - release) / flight));
+        }
     }
     return state;
 }

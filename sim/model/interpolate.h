@@ -8,8 +8,8 @@ namespace sim {
 
 /// The state at `share` 0..1 of the time from a to b. Centres move on cubic Hermite curves, orientations on the mean of
 /// two turns, one on from a and one back from b, weighted so that both ends keep their angular velocities. Contacts are
-/// those of a, impacts those of b.
-Snapshot interpolated(const Snapshot& a, const Snapshot& b, double share);
+/// those of a, impacts those of b. A body released in between stands until then.
+Snapshot interpolated(const SceneDef& scene, const Snapshot& a, const Snapshot& b, double share);
 
 /// Four records in a row: a and b, between which is interpolated, and their neighbours; null at an end.
 struct RecordWindow {

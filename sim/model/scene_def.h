@@ -62,7 +62,7 @@ struct LookDef {
 inline const Vec3 floor_color{0.045, 0.053, 0.068};
 inline const Vec3 floor_line_color{0.13, 0.15, 0.19};
 
-/// One body. Pose and velocities at t = 0.
+/// One body. Pose and velocities at t = 0, or as it is released.
 struct BodyDef {
     std::string name;
     Shape shape;                               ///< in the body frame: origin in the centre of mass
@@ -74,10 +74,12 @@ struct BodyDef {
     LookDef look;
     std::optional<Shape> drawn;                ///< instead of the shape, in the same frame
     Motion motion;                             ///< of a kinematic body: moved by keys; pose and velocities are its at t = 0
+    double release = 0.0;                      ///< [s] >= 0, the end of a step: from then on it is there
 
     bool is_static() const { return mass.mass == 0.0; }                 ///< no force moves it
     bool is_kinematic() const { return !motion.is_empty(); }
     bool is_fixed() const { return is_static() && !is_kinematic(); }    ///< and no key
+    bool is_there(double time) const { return release <= 0.0 || time >= release; }
     const Shape& drawn_shape() const { return drawn ? *drawn : shape; }
 };
 

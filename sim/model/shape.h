@@ -78,6 +78,10 @@ struct Bounds {
 };
 Bounds bounds(const Shape& shape, const Pose& world_from_body);
 
+/// Of what is not there: overlaps nothing.
+inline const Bounds no_bounds{Vec3::Constant(std::numeric_limits<double>::infinity()),
+                              Vec3::Constant(-std::numeric_limits<double>::infinity())};
+
 /// {"kind":"box","half_extents":[x,y,z]}, {"kind":"sphere","radius":r}, {"kind":"plane"},
 /// {"kind":"cylinder" or "capsule","radius":r,"half_length":l}, {"kind":"hull","points":[[x,y,z],...],
 /// "faces":[[i,j,k,...],...]} (indices of points, counter-clockwise from outside),

@@ -35,7 +35,7 @@ Mechanics mechanics(const SceneDef& scene, const Snapshot& snapshot) {
     CHECK(scene.bodies.size() == snapshot.bodies.size());
     Mechanics sum;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-        if (scene.bodies[i].is_static()) {
+        if (scene.bodies[i].is_static() || !scene.bodies[i].is_there(snapshot.time)) {
             continue;
         }
         const MassProperties& mass = scene.bodies[i].mass;

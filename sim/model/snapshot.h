@@ -10,7 +10,7 @@
 
 namespace sim {
 
-/// One body at one instant.
+/// One body at one instant; one that is not released yet as it will be then.
 struct BodySnapshot {
     Vec3 position = Vec3::Zero();            ///< centre of mass [m]
     Quat orientation = Quat::Identity();     ///< world_from_body
@@ -38,7 +38,7 @@ struct Snapshot {
     std::vector<ContactSnapshot> impacts;    ///< since the snapshot before; empty unless asked for
 };
 
-/// Mechanical quantities of all dynamic bodies.
+/// Mechanical quantities of all dynamic bodies that are there.
 struct Mechanics {
     double kinetic_energy = 0.0;             ///< [J]
     double potential_energy = 0.0;           ///< [J], zero at the world's origin

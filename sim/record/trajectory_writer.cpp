@@ -123,10 +123,12 @@ void TrajectoryWriter::Impl::describe(const SceneDef& scene) {
     std::vector<std::string> names;
     std::vector<std::string> shapes;
     std::vector<double> masses;
+    std::vector<double> releases;
     for (const BodyDef& body : scene.bodies) {
         names.push_back(body.name);
         shapes.push_back(shape_to_json(body.shape));
         masses.push_back(body.mass.mass);
+        releases.push_back(body.release);
     }
     const Handle settings = checker.check(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
     checker.check(H5Pset_obj_track_times(settings.get(), false));
@@ -138,6 +140,10 @@ void TrajectoryWriter::Impl::describe(const SceneDef& scene) {
     write_bodies("body/shape", text_type(checker, padded_shapes.length).get(), padded_shapes.bytes.data());
     const Handle mass = write_bodies("body/mass", H5T_IEEE_F64LE, masses.data());
     write_text_attribute(checker, mass.get(), "unit", "kg");
+    if (std::ranges::any_of(releases, [](double release) { return release > 0.0; })) {
+        const Handle release = write_bodies("body/release", H5T_IEEE_F64LE, releases.data());
+        write_text_attribute(checker, release.get(), "unit", "s");
+    }
 }
 
 // A dataset of one entry a body. The type in memory is the type in the file: little-endian like the machine.

@@ -219,6 +219,7 @@ BodyDef read_body(const TextSource& source, const TreeNode& node, const std::str
     BodyDef body = read_body_template(section, 0, has_keys);
     body.name = name;
     body.pose.position = section.vector("position");
+    body.release = read_release(section, body);
     if (has_keys) {
         read_motion(section, body);
     } else if (section.has("axis")) {
@@ -226,6 +227,13 @@ BodyDef read_body(const TextSource& source, const TreeNode& node, const std::str
     }
     settle(body);
     return body;
+}
+
+double read_release(Section& section, const BodyDef& body) {
+    if (section.has("release") && body.is_static()) {
+        section.fail("release", "release is given, but no force moves the body, expected none");
+    }
+    return section.number("release");
 }
 
 void settle(BodyDef& body) {

@@ -19,6 +19,9 @@ BodyDef read_body_template(Section& section, std::int64_t index, bool has_keys =
 /// A whole [[body]], settled.
 BodyDef read_body(const TextSource& source, const TreeNode& node, const std::string& title);
 
+/// Key `release`, for a body that its template gave.
+double read_release(Section& section, const BodyDef& body);
+
 /// Moves the body frame's origin into the centre of mass: shape, lathe profile and pose follow.
 void settle(BodyDef& body);
 

@@ -210,6 +210,18 @@ void read_bodies(Loading& loading, Section& top) {
     }
 }
 
+/// To the end of a step, as World::time() has it.
+void round_releases(SceneDef& scene) {
+    constexpr double same_step = 1e-6; // rounded only away from it
+    const Rational h = scene.step.time_step;
+    for (BodyDef& body : scene.bodies) {
+        if (body.release > 0.0) {
+            const double step = std::ceil(body.release / h.value() - same_step);
+            body.release = step * static_cast<double>(h.num) / static_cast<double>(h.den);
+        }
+    }
+}
+
 // --- joints ----------------------------------------------------------------------------------------------
 
 /// Index of a body, -1 for the world.
@@ -281,6 +293,12 @@ void read_joint(Loading& loading, const TreeNode& node, const std::string& title
     }
     if (is_held(joint.body_a) && is_held(joint.body_b)) {
         section.fail("bodies", "neither body can move, expected at least one that is not static");
+    }
+    for (const int body : {joint.body_a, joint.body_b}) {
+        if (body >= 0 && loading.scene.bodies[static_cast<std::size_t>(body)].release > 0.0) {
+            section.fail("bodies", fmt::format("'{}' is released later, expected bodies that are there from the start",
+                                               loading.scene.bodies[static_cast<std::size_t>(body)].name));
+        }
     }
     joint.anchor = section.vector("anchor");
     if (joint.kind != JointKind::ball) {
@@ -392,6 +410,7 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     scene.light = read_light(source, table("light"));
     read_study(source, table("study")); // for what is wrong with it: study_of() reads it where it is wanted
     read_bodies(loading, top);
+    round_releases(scene);
     std::size_t index = 0;
     for (const TreeNode* node : top.tables("joint")) {
         read_joint(loading, *node, title_of("joint", *node, index++));

@@ -76,9 +76,13 @@ const Keys look_keys{
     {"visible", boolean, "", "true", "whether it is drawn", any, ""},
 };
 
+constexpr const char* release_text =
+    "when it comes: until then it is not there; rounded up to the end of a step. Its place must be free then, else the run ends";
+
 const Keys placed_body_keys{
     {"name", text, "", required_key, "how messages, joints, cameras and `--set` call it; unique", any, ""},
     {"position", vector, "m", "[0, 0, 0]", "of the origin of the shape's frame", any, ""},
+    {"release", number, "s", "0", release_text, not_negative, ""},
 };
 
 /// What a body of a pattern has too.
@@ -300,6 +304,10 @@ std::vector<SectionSpec> pattern_sections() {
              {"seed", integer, "", "1", "of turns, jitter and mixture; the same seed gives the same for ever", {0, 9e15}, ""},
              {"jitter", vector, "m", "[0, 0, 0]",
               "each body is moved at random by up to this along x, y, z, either way", not_negative, ""},
+             {"release", number, "s", "0", "when they come, the lowest layer first: as for a body", not_negative, ""},
+             {"release_interval", number, "s", "0",
+              "from the release of one layer to that of the next above: with spacing 0 along z they come out of one place",
+              not_negative, ""},
              {"palette", colors, "", none, "colour of each layer, in turn; left out: that of the body", unit_interval, ""},
              {"body", table, "", required_key, "keys of `[[body]]` but name and position", any,
               "{ shape = ... }"},

@@ -114,6 +114,7 @@ std::vector<ModelPart> model_parts(const SceneDef& scene) {
     add("springs", joints_with(scene, "in joints", [](const JointDef& joint) { return joint.spring.has_value(); }));
     add("motors", joints_with(scene, "in joints", [](const JointDef& joint) { return joint.motor.has_value(); }));
     add("kinematic bodies", bodies_where(scene, [](const BodyDef& b) { return b.is_kinematic(); }));
+    add("bodies released later", bodies_where(scene, [](const BodyDef& b) { return !b.is_there(0.0); }));
     add("support points (libccd)", may_touch ? bodies_where(scene, is_convex_part) : "");
     add("compounds", bodies_where(scene, [](const BodyDef& b) { return std::holds_alternative<Compound>(b.shape); }));
     add("gyroscopic term", bodies_where(scene, has_unequal_moments));

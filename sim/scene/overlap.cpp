@@ -81,7 +81,9 @@ std::optional<StartOverlap> find_start_overlap(const SceneDef& scene) {
     visit_near_pairs(boxes, [&](int a, int b) {
         const BodyDef& body_a = scene.bodies[static_cast<std::size_t>(a)];
         const BodyDef& body_b = scene.bodies[static_cast<std::size_t>(b)];
-        if ((body_a.is_static() && body_b.is_static()) || jointed.contains({a, b})) {
+        // Where bodies will be that are there when another one is released, its release tells.
+        const bool meet = body_a.release == body_b.release || body_a.is_fixed() || body_b.is_fixed();
+        if (!meet || (body_a.is_static() && body_b.is_static()) || jointed.contains({a, b})) {
             return true;
         }
         const double penetration = -separation({body_a.shape, body_a.pose}, {body_b.shape, body_b.pose});

@@ -17,7 +17,8 @@ struct StartOverlap {
 /// The search ends with so many.
 inline constexpr int most_overlaps = 1000;
 
-/// Pairs that overlap by more than the scene's tolerance at the start, of which at least one body is dynamic
+/// Pairs that overlap by more than the scene's tolerance at the start, or as they are released together or where a fixed
+/// body is, of which at least one body is dynamic
 /// and which no joint connects; nothing if there are none.
 std::optional<StartOverlap> find_start_overlap(const SceneDef& scene);
 

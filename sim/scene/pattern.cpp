@@ -141,6 +141,7 @@ std::vector<BodyDef> read_lattice(const TextSource& source, const TreeNode& node
     const Mixture mixture(source, section, title);
     // Numbers of their own, so that turns stay what they are without jitter and mixture.
     Random places(static_cast<std::uint64_t>(section.long_integer("seed")) ^ 0x6A09E667F3BCC908u);
+    const double interval = section.number("release_interval");
     if (count.cast<double>().prod() > most_bodies) {
         section.fail("count", fmt::format("count makes {:.0f} bodies, expected at most {:.0f}",
                                           count.cast<double>().prod(), most_bodies));
@@ -162,6 +163,7 @@ std::vector<BodyDef> read_lattice(const TextSource& source, const TreeNode& node
                     body.pose.orientation =
                         Quat(Eigen::AngleAxisd(turn_max * random.uniform(), axis)) * orientation;
                 }
+                body.release = read_release(section, body) + k * interval;
                 if (!palette.empty()) {
                     body.look.color = palette[static_cast<std::size_t>(k) % palette.size()];
                 }

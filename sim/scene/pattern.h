@@ -7,7 +7,7 @@
 
 namespace sim {
 
-/// [[lattice]]: equal bodies in rows, columns and layers with seeded turns. Body (i, j, k) has number
+/// [[lattice]]: equal bodies in rows, columns and layers with seeded turns, all at once or layer by layer. Body (i, j, k) has number
 /// i + count_x (j + count_y k).
 std::vector<BodyDef> read_lattice(const TextSource& source, const TreeNode& node, const std::string& title);
 

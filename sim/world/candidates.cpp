@@ -112,7 +112,8 @@ void Candidates::find_reach() {
 
 /// May body i leave the box it was given, by its `reach`?
 bool Candidates::has_escaped(std::size_t i) const {
-    return moved_by(bodies_.props[i], searched_pose_[i], bodies_.pose[i], drift_) + reach_[i] > searched_reach_[i];
+    const BodyProps& props = bodies_.props[i];
+    return !props.is_waiting && moved_by(props, searched_pose_[i], bodies_.pose[i], drift_) + reach_[i] > searched_reach_[i];
 }
 
 /// Pairs of bodies that may touch while each moves by up to its `reach` from its present pose: the last search still
@@ -133,6 +134,10 @@ void Candidates::find() {
     } else {
         search_escaped();
     }
+}
+
+void Candidates::release(std::size_t body) {
+    searched_reach_[body] = -1.0; // it has no box yet: whatever it does, it escapes
 }
 
 void Candidates::find_thrown(std::span<const std::size_t> solved, std::span<const Pose> planned, double interval) {
@@ -171,8 +176,11 @@ void Candidates::set_box(std::size_t i) {
     boxes_[i] = searched_box(i);
 }
 
-/// By where it was searched for.
+/// By where it was searched for; none of a body that waits.
 Bounds Candidates::searched_box(std::size_t i) const {
+    if (bodies_.props[i].is_waiting) {
+        return no_bounds;
+    }
     Bounds box = bounds(bodies_.props[i].shape, searched_pose_[i]);
     const Vec3 margin = Vec3::Constant(searched_reach_[i] + 0.5 * margin_tolerances * settings_.tolerance);
     box.lower -= margin;

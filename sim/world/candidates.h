@@ -34,6 +34,9 @@ public:
     /// poses to `planned` within `interval` [s]. solved: bodies that impulses move.
     void find_thrown(std::span<const std::size_t> solved, std::span<const Pose> planned, double interval);
 
+    /// A body that waited is there, with the next find().
+    void release(std::size_t body);
+
     /// The bodies have moved over `interval` [s].
     void move(double interval);
 

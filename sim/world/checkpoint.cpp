@@ -63,6 +63,7 @@ void WorldState::resume() {
     CHECK(bodies.pose.size() == bodies.props.size());
     find_inverse_inertia(bodies);
     bodies.time = time();
+    take_due();
     velocity_at_node = contact_solver.velocity_at_node();
     progress = 1.0;
     search.candidates.resume();

@@ -3,15 +3,30 @@
 #include <algorithm>
 
 namespace sim {
+namespace {
+
+/// [J] that a body gains where it is pushed out of an overlap within the tolerance.
+double slack_of(const BodyProps& props, const StepSettings& settings) {
+    return props.is_static() ? 0.0 : settings.gravity.norm() * settings.tolerance / props.inverse_mass;
+}
+
+} // namespace
 
 void EnergyWatch::start(const Bodies& bodies, std::span<const Velocity> velocity, const StepSettings& settings,
                         double in_springs) {
     gravity_ = settings.gravity;
     slack_ = largest_kinetic_ = 0.0;
     for (const BodyProps& props : bodies.props) {
-        slack_ += props.is_static() ? 0.0 : gravity_.norm() * settings.tolerance / props.inverse_mass;
+        slack_ += slack_of(props, settings);
     }
     first_ = lowest_ = total(bodies, velocity) + in_springs;
+}
+
+void EnergyWatch::admit(const Bodies& bodies, std::size_t body, const StepSettings& settings) {
+    const BodyProps& props = bodies.props[body];
+    const Pose& pose = bodies.pose[body];
+    slack_ += slack_of(props, settings);
+    work_ += kinetic_energy(props, pose.orientation, bodies.velocity[body]) - gravity_.dot(pose.position) / props.inverse_mass;
 }
 
 /// Kinetic and potential energy of the dynamic bodies [J], the latter from the world's origin, without what was done on them.

@@ -1,6 +1,6 @@
 #pragma once
-/// Does a run gain energy? Contacts and joints only take it, and what kinematic bodies and motors give is known, so what rises
-/// above the lowest value so far comes from nothing.
+/// Does a run gain energy? Contacts and joints only take it, and what kinematic bodies and motors give and what
+/// bodies bring that are released is known, so what rises above the lowest value so far comes from nothing.
 #include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"
 
@@ -20,6 +20,9 @@ public:
         ahead_ = planned.ahead;
     }
 
+    /// A body is released: what it brings is no gain.
+    void admit(const Bodies& bodies, std::size_t body, const StepSettings& settings);
+
     /// After each step, with the same of its end. Returns by how much the energy now exceeds the
     /// lowest so far, as a share [-] of what the run turned over: its largest kinetic energy so far, and what it lost.
     double gain(const Bodies& bodies, std::span<const Velocity> velocity, double in_springs);
@@ -32,7 +35,7 @@ private:
     double first_ = 0.0;           ///< [J]
     double lowest_ = 0.0;          ///< [J]
     double largest_kinetic_ = 0.0; ///< [J]
-    double work_ = 0.0;            ///< [J] done by kinematic bodies and motors
+    double work_ = 0.0;            ///< [J] done by kinematic bodies and motors, and brought by bodies released
     double ahead_ = 0.0;           ///< [J] of that, after the present instant
 };
 

@@ -31,6 +31,13 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// A body to be released.
+struct Waiting {
+    std::size_t body;
+    double release;      ///< [s]
+    double inverse_mass; ///< [1/kg] from then on
+};
+
 /// The state at one instant, and the impulses already found that carry it over the next interval.
 ///
 /// An instant holds the velocity before its resting impulses, `bodies.velocity`, and after them,
@@ -45,6 +52,10 @@ struct WorldState {
     StepReport step();
     double time() const;
     void move(StepReport& report);
+    void let_wait(const SceneDef& scene);
+    std::vector<std::size_t> take_due();
+    std::vector<std::size_t> release();
+    void check_places_of(std::span<const std::size_t> released) const;
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);
     void restart(std::span<const char> touched);
@@ -68,6 +79,7 @@ struct WorldState {
     Bodies bodies;
     std::vector<Joint> joints;
     bool has_drives = false; ///< kinematic bodies or motors
+    std::vector<Waiting> waiting; ///< the next one last
     Workers workers; ///< for what is done pair by pair
     ContactSearch search;
     ContactSolver contact_solver;

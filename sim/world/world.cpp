@@ -101,6 +101,7 @@ WorldState::WorldState(const SceneDef& scene, int threads)
         names.push_back(body.name);
     }
     const auto has_motor = [](const Joint& joint) { return joint.motor.has_value(); };
+    let_wait(scene); // the search has seen all bodies as what they will be
     has_drives = !bodies.kinematic.empty() || std::ranges::any_of(joints, has_motor);
     settings.impacts = impact_handling(scene);
     contact_solver.set_workers(&workers);
@@ -139,7 +140,9 @@ StepReport WorldState::step() {
     progress = 0.0;
     do {
         move(report);
+        const std::vector<std::size_t> released = release();
         find_contacts(report);
+        check_places_of(released);
         resolve_collisions(report);
         plan(report);
     } while (progress < 1.0);

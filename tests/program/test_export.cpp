@@ -118,6 +118,38 @@ TEST_F(exports, csv_has_a_row_a_body_and_record) {
     EXPECT_EQ(rows, trajectory.steps().size() * trajectory.info().body_names.size());
 }
 
+/// A ball that is released at 0.25 s, and one after the end.
+TEST_F(exports, what_is_released_later_is_not_there_before) {
+    sim::write_file(folder / "late.toml", R"([output]
+duration = 0.5
+fps = 20
+[[lattice]]
+name = "ball"
+count = [1, 1, 2]
+spacing = [1, 1, 0]
+release = 0.25
+release_interval = 1
+body = { shape = { kind = "sphere", radius = 0.1 } }
+)");
+    ASSERT_EQ(tumble("simulate late.toml --quiet").code, 0);
+    ASSERT_EQ(tumble("export out/late --csv late.csv --gltf late.glb").code, 0);
+    const std::string table = bytes("late.csv");
+    EXPECT_NE(table.find("\n250,0.25,\"ball_0\",0,0,0,1,"), std::string::npos) << table;
+    EXPECT_EQ(table.find("\n200,"), std::string::npos);
+    EXPECT_EQ(table.find("ball_1"), std::string::npos);
+    const Glb glb(bytes("late.glb"));
+    std::vector<std::vector<float>> hidden_until;
+    for (const Json& channel : glb.json["animations"][0]["channels"]) {
+        const Json& sampler = glb.json["animations"][0]["samplers"][channel["sampler"].get<std::size_t>()];
+        if (channel["target"]["path"] == "scale") {
+            EXPECT_EQ(sampler["interpolation"], "STEP");
+            hidden_until.push_back(glb.floats(sampler["input"]));
+            EXPECT_EQ(glb.floats(sampler["output"])[0], 0.0f);
+        }
+    }
+    EXPECT_EQ(hidden_until, (std::vector<std::vector<float>>{{0.0f, 0.25f}, {0.0f}}));
+}
+
 TEST_F(exports, what_cannot_be_made_is_refused) {
     EXPECT_EQ(tumble("export out/block").err, "tumble: export: expected --gltf FILE or --csv FILE\n");
     EXPECT_EQ(tumble("export out/block --gltf x.gltf").err,

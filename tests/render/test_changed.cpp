@@ -100,6 +100,27 @@ TEST(changed, sub_frames_drawn_in_part_are_those_drawn_whole) {
     }
 }
 
+TEST(changed, a_body_is_not_drawn_until_it_is_released) {
+    const sim::SceneDef there = flying_ball();
+    sim::SceneDef scene = there, none = there;
+    scene.bodies[2].release = 1.0;
+    none.bodies[2].look.visible = false;
+    const auto picture = [](const sim::SceneDef& of, double time) {
+        return render::Renderer(of, width, height).draw(sample::start(of, time)).rgb;
+    };
+    EXPECT_EQ(picture(scene, 1.0), picture(there, 1.0));
+    EXPECT_EQ(picture(scene, 0.99), picture(none, 0.99)); // its shadow neither
+    EXPECT_NE(picture(there, 1.0), picture(none, 1.0));
+    // It comes, and stands, while the shutter is open.
+    const sim::Snapshot snapshot = sample::start(scene, 1.0);
+    render::Renderer renderer(scene, width, height);
+    render::PictureMean mean;
+    for (const sim::Snapshot& state : render::states_in_shutter(snapshot, 0.05, count)) {
+        mean.add(renderer.draw(state), {0, 0, width, height});
+    }
+    EXPECT_LT(differences(renderer.draw_blurred(snapshot, 0.05, count), mean.take()).count, 60);
+}
+
 TEST(changed, all_is_drawn_anew_where_the_camera_or_the_floor_moves) {
     sim::SceneDef scene = rolling_ball();
     const auto redrawn = [&scene] {

@@ -157,10 +157,13 @@ TEST(checkpoint, a_heap_of_hulls_cylinders_and_boxes_goes_on) {
     EXPECT_GT(seen.divisions, 0);
 }
 
-TEST(checkpoint, a_heap_that_is_stirred_goes_on) {
+TEST(checkpoint, a_heap_that_is_stirred_and_poured_on_goes_on) {
     const std::string paddle = "[[body]]\nname = \"paddle\"\nshape = { kind = \"box\", size = [8, 0.2, 0.5] }\n"
                                "position = [0, -1, 0.3]\nkeys = [{ time = 0 }, { time = 1, angle_degrees = 200 }]\n";
-    const Seen seen = expect_goes_on(parse_scene(heap_text("") + paddle, "stirred.toml"), 250, 10);
+    const std::string stream = "[[lattice]]\nname = \"late\"\ncount = [1, 1, 30]\nspacing = [1, 1, 0]\norigin = [0.7, 0.7, 20]\n"
+                               "release = 0.1\nrelease_interval = 0.03\nbody = { shape = { kind = \"box\", size = [0.3, 0.3, "
+                               "0.3] }, velocity = [0, 0, -12] }\n";
+    const Seen seen = expect_goes_on(parse_scene(heap_text("") + paddle + stream, "stirred.toml"), 250, 10);
     EXPECT_LT(seen.energy_gain, 1e-3);
 }
 

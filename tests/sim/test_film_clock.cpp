@@ -60,6 +60,12 @@ Snapshot thrown(double t) {
     return state;
 }
 
+SceneDef one_body() {
+    SceneDef scene;
+    scene.bodies.resize(1);
+    return scene;
+}
+
 double turn_between(const Quat& a, const Quat& b) {
     return 2.0 * std::acos(std::min(1.0, std::abs(a.dot(b))));
 }
@@ -68,11 +74,26 @@ TEST(interpolation, even_acceleration_is_exact_through_several_turns) {
     const Snapshot a = thrown(0.1), b = thrown(0.3); // more than one turn apart
     for (const double share : {0.0, 0.3, 0.5, 0.9, 1.0}) {
         const Snapshot truth = thrown(0.1 + 0.2 * share);
-        const Snapshot found = interpolated(a, b, share);
+        const Snapshot found = interpolated(one_body(), a, b, share);
         EXPECT_NEAR(found.time, truth.time, 1e-15);
         EXPECT_LT((found.bodies[0].position - truth.bodies[0].position).norm(), 1e-14);
         EXPECT_LT((found.bodies[0].velocity - truth.bodies[0].velocity).norm(), 1e-13);
         EXPECT_LT(turn_between(found.bodies[0].orientation, truth.bodies[0].orientation), 1e-7); // sqrt(eps): acos
+    }
+}
+
+TEST(interpolation, a_body_released_in_between_stands_until_then) {
+    SceneDef scene = one_body();
+    scene.bodies[0].release = 0.15;
+    Snapshot a = thrown(0.0); // as it will begin
+    a.time = 0.1;
+    Snapshot b = thrown(0.15);
+    b.time = 0.3;
+    for (const double share : {0.0, 0.2, 0.25, 0.6, 1.0}) {
+        const Snapshot found = interpolated(scene, a, b, share);
+        const Snapshot truth = thrown(std::max(0.0, found.time - 0.15));
+        EXPECT_LT((found.bodies[0].position - truth.bodies[0].position).norm(), 1e-14) << share;
+        EXPECT_LT((found.bodies[0].velocity - truth.bodies[0].velocity).norm(), 1e-13) << share;
     }
 }
 
@@ -89,7 +110,7 @@ TEST(interpolation, error_of_an_impact_is_found_and_that_of_free_motion_is_none)
         state->bodies[0].position = Vec3(0, 0, 4.0 * std::abs(state->time - 0.15));
     }
     const double error = interpolation_errors({&down, &touch, &up, &above}, {0.5})[0];
-    const double truth = interpolated(touch, up, 0.5).bodies[0].position.z(); // should be 0
+    const double truth = interpolated(one_body(), touch, up, 0.5).bodies[0].position.z(); // should be 0
     EXPECT_NEAR(std::abs(truth), 0.1, 1e-12);
     EXPECT_NEAR(error, 8.0 * 0.1 / 8.0, 1e-12);
 }

@@ -24,7 +24,7 @@ TEST(scene_summary, tells_what_the_funnel_contains) {
               friction: 0.1
               contacts ahead of impacts: elastic bodies (restitution 0.9 or more): none
               warm start: simulation.warm_start is true
-  not used    joints, springs, motors, kinematic bodies, support points (libccd), compounds, gyroscopic term, stop at impacts
+  not used    joints, springs, motors, kinematic bodies, bodies released later, support points (libccd), compounds, gyroscopic term, stop at impacts
   cameras     'main' (3 keys), 'top' (fixed), 'orbit' (orbit in 24 s)
   set         output.fps=24000/1001
 )");
@@ -83,7 +83,7 @@ target = [0, 0, 0]
               friction: static 0.2 to 0.4, dynamic 0.1 to 0.3
               joints: 1 ball
               stop at impacts: simulation.impacts is "stop"
-  not used    restitution, springs, motors, kinematic bodies, support points (libccd), compounds, gyroscopic term, contacts ahead of impacts, warm start
+  not used    restitution, springs, motors, kinematic bodies, bodies released later, support points (libccd), compounds, gyroscopic term, contacts ahead of impacts, warm start
   cameras     'a' (orbit in 20 s), 'b' (follows a body, chosen)
 )");
 }
