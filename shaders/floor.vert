@@ -41,7 +41,11 @@ void main() {
     float height = dot(to_eye, normal);
     eye_place = vec3(dot(to_eye, tangent), dot(to_eye, across), height * height);
 #if SHADOWED
-    shadow_place = shadow_place_of(position, normal);
+    // Nothing lies below a floor: its place is as deep as that of any texel that the filter sees, three around, so that a
+    // body that stands flush on it lets no light through.
+    float cosine = max(dot(normal, to_sun), 0.1);
+    float depth = frame.eye.w * (3.0 * sqrt(1.0 - cosine * cosine) / cosine + 0.5);
+    shadow_place = (frame.shadow_from_world * vec4(position - to_sun * depth, 1.0)).xyz;
     occlusion_place = floor_position * occlusion_place_of.xy + occlusion_place_of.zw;
 #endif
     grid_shift = grid_origin / grid_spacing;
