@@ -19,12 +19,10 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <climits>
 #include <cstdio>
 #include <ctime>
 #include <exception>
 #include <functional>
-#include <malloc.h>
 #include <optional>
 #include <thread>
 
@@ -284,9 +282,6 @@ void tell_error(const std::exception_ptr& thrown, const diff::CasePaths& paths, 
 } // namespace
 
 int compare(const CompareOptions& options, const std::string& command, const diff::FilmTools* films) {
-    // What a pair used is kept for the next, not handed back to the system after each.
-    mallopt(M_TRIM_THRESHOLD, INT_MAX);
-    mallopt(M_MMAP_THRESHOLD, INT_MAX);
     Comparing comparing{options, compare_settings(options), films};
     const std::vector<diff::CasePaths> paths = diff::find_cases(options.reference, options.candidate);
     const int threads = comparing.settings.threads;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <climits>
 #include <cstdio>
 #include <exception>
 #include <malloc.h>
@@ -49,6 +50,9 @@ int guarded(const std::function<int()>& program) {
     if (::getrlimit(RLIMIT_AS, &addresses) == 0 && addresses.rlim_cur != RLIM_INFINITY) {
         ::mallopt(M_ARENA_MAX, 1);
     }
+    // What a picture used is kept for the next, not handed back to the system after each.
+    ::mallopt(M_TRIM_THRESHOLD, INT_MAX);
+    ::mallopt(M_MMAP_THRESHOLD, INT_MAX);
     try {
         const int code = program();
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
