@@ -23,12 +23,32 @@ inline std::string av_text(int code) {
 }
 
 struct AvDeleter {
-    void operator()(AVCodecContext* p) const noexcept { avcodec_free_context(&p); }
+    void operator()(AVCodecContext* p) const noexcept;
     void operator()(AVFrame* p) const noexcept { av_frame_free(&p); }
     void operator()(AVPacket* p) const noexcept { av_packet_free(&p); }
     void operator()(SwsContext* p) const noexcept { sws_freeContext(p); }
     void operator()(AVIOContext* p) const noexcept { avio_close(p); }
 };
+
+/// SVT-AV1 1.4 waits for ever where it is closed before a picture and the end.
+inline void AvDeleter::operator()(AVCodecContext* p) const noexcept {
+    if (avcodec_is_open(p) != 0 && p->codec_id == AV_CODEC_ID_AV1 && av_codec_is_encoder(p->codec) != 0) {
+        const std::unique_ptr<AVFrame, AvDeleter> frame(av_frame_alloc());
+        const std::unique_ptr<AVPacket, AvDeleter> packet(av_packet_alloc());
+        if (frame != nullptr && packet != nullptr) {
+            frame->format = p->pix_fmt;
+            frame->width = p->width;
+            frame->height = p->height;
+            if (av_frame_get_buffer(frame.get(), 0) == 0) {
+                avcodec_send_frame(p, frame.get());
+            }
+            avcodec_send_frame(p, nullptr);
+            while (avcodec_receive_packet(p, packet.get()) == 0) {
+            }
+        }
+    }
+    avcodec_free_context(&p);
+}
 
 using CodecContext = std::unique_ptr<AVCodecContext, AvDeleter>;
 using Frame = std::unique_ptr<AVFrame, AvDeleter>;
