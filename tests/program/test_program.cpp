@@ -133,7 +133,7 @@ TEST_F(program, films_are_compared_with_films_of_another_rate_and_with_frames) {
     EXPECT_EQ(tumble("compare out/block/block.mp4 b/higher/higher.mp4 --quiet").code, 1);
     EXPECT_EQ(tumble("compare out/block b/higher/higher.mp4 --quiet").code, 1);
     // Of a top that spins, encoders leave less.
-    const std::string top = "run \"" TUMBLE_SCENE_DIR "/tippe_top.toml\" --size 160x90 --fps 24 --set output.duration=1/2 --quiet ";
+    const std::string top = "run \"" TUMBLE_SCENE_DIR "/tippe_top.toml\" --size 320x180 --fps 24 --set output.duration=1/2 --quiet ";
     ASSERT_EQ(tumble(top).code, 0);
     ASSERT_EQ(tumble(top + "--crf 28 --out b").code, 0);
     ASSERT_EQ(tumble(top + "--crf 28 --out wider --set camera.main.fov_degrees=27.5").code, 0);
