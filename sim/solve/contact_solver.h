@@ -36,7 +36,7 @@ public:
     ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                              std::span<const Joint> joints);
 
-    /// Stores impulses, marks and leftover slip in the memory of pairs and joints.
+    /// Stores impulses and marks in the memory of pairs and joints.
     void store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Joint> joints);
 
     /// Once the impulses are stored: what kinematic bodies and motors do by them.
