@@ -373,23 +373,46 @@ std::optional<Vec3> direction_apart(const Convex& a, const Convex& b, int steps)
     return std::nullopt;
 }
 
-/// Where the cores are apart there is one local maximum with s(n) > 0, but others may be below: where an ascent ends in
-/// one of them, it begins anew where they are apart, or where libccd says. False where the gap exceeds `enough`.
-bool find_best(Ascent& ascent, const Convex& a, const Convex& b) {
-    bool is_within = ascent.climb(direction_apart(a, b, first_steps).value_or(of_centres(a, b)));
-    if (ascent.best.core_gap < 0.0) {
-        if (const std::optional<Vec3> n = direction_apart(a, b, most_steps)) {
-            is_within = ascent.climb(*n);
+/// Against a face of a or along one of b: that along which the cores are farthest apart.
+std::optional<Vec3> direction_of_faces(const Ascent& ascent, const Convex& a, const Convex& b) {
+    std::optional<Vec3> best;
+    double largest = -std::numeric_limits<double>::infinity();
+    const auto try_faces_of = [&](const Convex& convex, double sign) {
+        if (convex.kind != CoreKind::polytope) {
+            return;
         }
-    }
-    if (ascent.best.core_gap < 0.0) {
-        if (const std::optional<Vec3> n = penetration_direction(a, b)) {
-            const SeparatingDirection first = ascent.best;
-            ascent.climb(*n);
-            if (!(ascent.best.core_gap > first.core_gap + preference * std::max(a.size, b.size))) {
-                ascent.best = first;
+        for (const Polytope::Face& face : convex.polytope->faces) {
+            const Vec3 n = sign * convex.turned(face.normal);
+            if (const double gap = ascent.gap(n); gap > largest) {
+                largest = gap;
+                best = n;
             }
         }
+    };
+    try_faces_of(a, -1.0);
+    try_faces_of(b, 1.0);
+    return best;
+}
+
+/// Where the cores are apart there is one local maximum with s(n) > 0, but others may be below: where an ascent ends in
+/// one of them, it begins anew where they are apart, at a face, and where libccd says. False where the gap exceeds `enough`.
+bool find_best(Ascent& ascent, const Convex& a, const Convex& b) {
+    bool is_within = ascent.climb(direction_apart(a, b, first_steps).value_or(of_centres(a, b)));
+    const auto climb_from = [&](const std::optional<Vec3>& n) {
+        const SeparatingDirection first = ascent.best;
+        is_within = !n || ascent.climb(*n);
+        if (!(ascent.best.core_gap > first.core_gap + preference * std::max(a.size, b.size))) {
+            ascent.best = first;
+        }
+    };
+    if (ascent.best.core_gap < 0.0) {
+        climb_from(direction_apart(a, b, most_steps));
+    }
+    if (ascent.best.core_gap < 0.0) {
+        climb_from(direction_of_faces(ascent, a, b));
+    }
+    if (ascent.best.core_gap < 0.0) {
+        climb_from(penetration_direction(a, b));
     }
     return is_within;
 }

@@ -327,7 +327,7 @@ TEST(convex_pair, a_corner_at_the_far_end_of_an_edge_is_found) {
     check_pair(prism(6), prism_pose, Capsule{0.1, 0.25}, capsule_pose, "prism capsule");
 }
 
-// A capsule lies on the base of a bowl, far from its middle: from there it is beside the base, and the way out of it
+// A body lies on the base of a bowl, far from its middle: from there it is beside the base, and the way out of it
 // downwards, through the base, is a local maximum of the gap.
 TEST(convex_pair, what_lies_on_a_wide_plate_is_found_on_its_near_side) {
     std::vector<Vec3> corners;
@@ -338,15 +338,24 @@ TEST(convex_pair, what_lies_on_a_wide_plate_is_found_on_its_near_side) {
         corners.push_back(1.3 * outwards + Vec3(0, 0, 0.12));
     }
     const Shape plate = Hull{std::make_shared<const Polytope>(*convex_hull(corners))};
-    for (int k = 0; k < 400; ++k) {
-        const double r = 0.8 + 0.001 * ((7919 * k) % 200);
-        const Quat lying(Eigen::AngleAxisd(0.5 * std::numbers::pi + 1e-3 * std::sin(k), Vec3::UnitX()));
-        const Pose pose{Vec3(r * std::cos(2.4 * k), r * std::sin(2.4 * k), 0.2103),
-                        Quat(Eigen::AngleAxisd(1.7 * k, Vec3::UnitZ())) * lying};
+    const auto check = [&](const Shape& shape, const Pose& pose, const std::string& name) {
         std::vector<Contact> contacts;
-        find_contacts({plate, Pose{}}, {Capsule{0.09, 0.11}, pose}, 1e-3, contacts);
-        ASSERT_FALSE(contacts.empty());
-        EXPECT_NEAR(contacts[0].at.n.z(), -1.0, 1e-12) << "case " << k;
-        EXPECT_NEAR(contacts[0].at.gap, 3e-4, 1.2e-4) << "case " << k;
+        find_contacts({plate, Pose{}}, {shape, pose}, 1e-3, contacts);
+        ASSERT_FALSE(contacts.empty()) << name;
+        EXPECT_NEAR(contacts[0].at.n.z(), -1.0, 1e-12) << name;
+        EXPECT_NEAR(separation({plate, Pose{}}, {shape, pose}), bounds(shape, pose).lower.z() - 0.12, 1e-12) << name;
+    };
+    const Shape box = Box{Vec3(0.13, 0.13, 0.13)};
+    check(box, {Vec3(-0.22807574082154350, 0.14427400765577444, 0.304201316498732),
+                Quat(0.020513131982242964, 0.96707624393791203, -0.030343578682479437, -0.25183728290298812)},
+          "a box that was taken for one below the plate");
+    Numbers numbers(5);
+    for (const Shape& shape : {Shape(Capsule{0.09, 0.11}), box}) {
+        for (int k = 0; k < 400; ++k) {
+            const double r = 0.3 + 0.001 * ((7919 * k) % 700);
+            Pose pose = numbers.pose(0.0);
+            pose.position = Vec3(r * std::cos(2.4 * k), r * std::sin(2.4 * k), 0.1203 - bounds(shape, pose).lower.z());
+            check(shape, pose, "case " + std::to_string(k));
+        }
     }
 }
