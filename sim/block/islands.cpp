@@ -9,9 +9,10 @@ namespace {
 /// Compliance of Newton's equations [-] that is tried first, and at most: 1 is as soft as a visit of a block alone.
 constexpr double least_compliance = 1e-3;
 constexpr double largest_compliance = 1.0;
-/// A step that leaves more than this share [-] of the change is not worth while every time: where blocks slide, the
-/// equations lack what friction does with the load.
+/// A step that leaves more than this share [-] of the change is not worth while every time.
 constexpr double worthwhile = 0.1;
+/// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
+constexpr double most_sliding = 0.05;
 /// By which it grows where a step made it worse [-].
 constexpr double compliance_factor = 10.0;
 
@@ -174,6 +175,10 @@ bool Blocks::solve_stalled(std::span<Velocity> velocity) {
         }
         if (island.waiting > 0) {
             --island.waiting;
+            all = false;
+            continue;
+        }
+        if (sliding_share(*this, island) > most_sliding) {
             all = false;
             continue;
         }

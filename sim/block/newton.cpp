@@ -27,6 +27,10 @@ Mat3 inverse_inertia_of(const BodyRows& row) {
     return j;
 }
 
+bool slides(const LanePoint& point, double mu) {
+    return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - limit_share) * mu * point.p_n;
+}
+
 /// Coefficients of a body's velocity (v, w) in a velocity that has `twist` coefficients of the block's twist.
 Vec6 of_body(const Vec6& twist, const Mat3& frame, const Vec3& r) {
     const Vec3 along = frame * twist.head<3>();
@@ -36,6 +40,21 @@ Vec6 of_body(const Vec6& twist, const Mat3& frame, const Vec3& r) {
 }
 
 } // namespace
+
+double sliding_share(const Blocks& loop, const Island& island) {
+    double load = 0.0;
+    double sliding = 0.0;
+    for (const int i : island.blocks) {
+        const Block& block = loop.blocks[static_cast<std::size_t>(i)];
+        const BlockBatch& batch = loop.batches[static_cast<std::size_t>(block.lane) / lane_count];
+        for (const BatchPoint& in_lanes : loop.points_of(batch)) {
+            const LanePoint point(in_lanes, Blocks::lane_of(block));
+            load += point.p_n;
+            sliding += block.has_friction() && slides(point, batch.mu.x[Blocks::lane_of(block)]) ? point.p_n : 0.0;
+        }
+    }
+    return load > 0.0 ? sliding / load : 0.0;
+}
 
 /// Velocities of the loaded points: their mean, and their slopes along the axes in which the points spread.
 void IslandNewton::add_normal_rows(const Blocks& loop, Active& active, const Vec6& twist) {
@@ -96,7 +115,7 @@ void IslandNewton::add_friction_rows(const Blocks& loop, Active& active, const V
     Eigen::Vector2d moment = Eigen::Vector2d::Zero();
     for (const BatchPoint& in_lanes : loop.points_of(batch)) {
         const LanePoint point(in_lanes, lane);
-        if (point.p_t.norm() >= (1.0 - limit_share) * batch.mu.x[lane] * point.p_n && point.p_n > 0.0) {
+        if (slides(point, batch.mu.x[lane])) {
             return;
         }
         active.load += point.p_n;

@@ -31,6 +31,9 @@ struct Island {
     std::vector<Vec3> impulses;     ///< then, of all points of its blocks: p_t, p_n [N s]
 };
 
+/// Share [-] of an island's load in points whose friction is at its limit: they slide.
+double sliding_share(const Blocks& loop, const Island& island);
+
 class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction
