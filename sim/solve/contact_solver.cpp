@@ -31,9 +31,9 @@ constexpr double soft_band = 0.5;
 /// approaches slowly, rather than carry a load.
 constexpr double largest_stretch = 100.0;
 
-/// Next to a speculative impact, and on from there, an impulse that exceeds this many times [-] the last step's force, and the
-/// weight, answers that impact and is no force. Elsewhere all are: of a load that only moves from one contact to another, what counts and what
-/// does not must balance, or bodies at rest would be told to approach each other.
+/// A speculative impact is passed on by contacts whose impulse exceeds this many times [-] the last step's force, and the weight.
+/// What the bodies that it reaches feel beyond these answers it and is no force. Elsewhere all impulses are: of a load that only
+/// moves from one contact to another, what counts and what does not must balance, or bodies at rest would be told to approach.
 constexpr double largest_growth = 2.0;
 
 /// Where a loose tolerance is met, sweeps go on, so many at most, until the changes are this share [-] of the first
@@ -225,7 +225,7 @@ void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContact
         const double interval = impulse_interval(joint_weight_[i], rules_.h);
         // What answers a speculative impact is no force, as for contacts: see RestingContacts::find_hit_bodies().
         const double force = sizes[i] / interval;
-        const double share = are_hit && force > largest_growth * memory.force ? memory.force / force : 1.0;
+        const double share = are_hit && force > memory.force ? memory.force / force : 1.0;
         joint_before_[i] *= share;
         memory.force = share * force;
         memory.owed = share * 0.5 * rules_.h / interval;

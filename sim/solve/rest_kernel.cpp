@@ -305,7 +305,7 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
         const Mask loaded = p_n > 0.0;
         const Mask ahead = lanes_of(r.ahead);
         const Real force = max(load(r.load), weight);
-        const Mask answers = hit & (p_n > rules.largest_growth * force);
+        const Mask answers = hit & (p_n > force);
         const Real force_share = select(answers, force / select(answers, p_n, one), one);
         store(r.force_share, force_share);
         const Real u_n = twist.normal(x, y);
