@@ -215,7 +215,7 @@ TEST_F(faults, a_disk_that_cannot_be_written_is_told) {
 
 TEST_F(faults, a_folder_that_vanishes_is_told) {
     for (const char* arguments :
-         {"run block.toml --duration 10000 --quiet", "simulate block.toml --duration 4 --quiet"}) {
+         {"run block.toml --duration 10000 --quiet", "simulate block.toml --duration 40 --quiet"}) {
         const Outcome outcome = shell("\"$TUMBLE\" " + std::string(arguments) +
                                       " & process=$!\n"
                                       "until [ -e out/block/trajectory.h5.part ]; do sleep 0.01; done\n"
