@@ -247,7 +247,7 @@ void add_state(const Shown& shown, const Parts& parts, const Filled& filled, Dra
     }
     add_faces(parts.boxes, shown.geometry, list);
     fill_rounds(parts.rounds, shown.geometry, list);
-    list.mirrored = find_mirrored(parts);
+    list.mirrored = find_mirrored(parts, shown.scene);
 }
 
 /// Whether bodies are not where, or not there as, they are in the first state: [body + 1]; [0]: of joints' rods.

@@ -27,7 +27,7 @@ struct Mirrored {
 /// Is it a round body of metal so smooth that it shows what is around it?
 bool is_polished(const Part& part);
 
-/// Nothing unless a round body is polished, and if there is too much to follow rays to.
-Mirrored find_mirrored(const Parts& parts);
+/// Nothing unless a round body is polished, and if the scene holds too much to follow rays to.
+Mirrored find_mirrored(const Parts& parts, const sim::SceneDef& scene);
 
 } // namespace render

@@ -121,6 +121,21 @@ TEST(changed, a_body_is_not_drawn_until_it_is_released) {
     EXPECT_LT(differences(renderer.draw_blurred(snapshot, 0.05, count), mean.take()).count, 60);
 }
 
+// More would come than rays can follow: it mirrors nothing from the start, not until they come.
+TEST(changed, a_ball_mirrors_the_same_during_a_whole_film) {
+    const auto mirrored_with = [](int later) {
+        sim::SceneDef scene = mirrored_ball();
+        for (int i = 0; i < later; ++i) {
+            scene.bodies.push_back(sample::body(sim::Sphere{0.05}, {{0.2 * i, 1, 1}}, {0.9, 0.9, 0.9}));
+            scene.bodies.back().release = 1.0;
+        }
+        const std::vector<sim::Snapshot> states{sample::start(scene)};
+        return render::PicturePlan(scene, width, height).lists(states)[0].mirrored.spheres;
+    };
+    EXPECT_EQ(mirrored_with(30), 2);
+    EXPECT_EQ(mirrored_with(31), 0);
+}
+
 TEST(changed, all_is_drawn_anew_where_the_camera_or_the_floor_moves) {
     sim::SceneDef scene = rolling_ball();
     const auto redrawn = [&scene] {
