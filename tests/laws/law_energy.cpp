@@ -32,7 +32,7 @@ TEST(law_energy, no_film_gains_any) {
     judge("film funnel", film("funnel"), 1.4); // the first cubes have met
     judge("film gate", film("gate"), 1.3);     // the load lands on a spring
     judge("film mill", film("mill"), 0.5);     // the motor has its speed, the load has landed
-    for (const char* name : {"rubble", "dominoes", "coin", "inclined_blocks", "office_toy", "tippe_top", "galton"}) {
+    for (const char* name : {"rubble", "dominoes", "coin", "inclined_blocks", "office_toy", "tippe_top", "galton", "rattleback"}) {
         judge(fmt::format("film {}", name), film(name), 1.0);
     }
 }
