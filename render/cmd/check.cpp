@@ -49,7 +49,7 @@ void check_scenes(const Options& options) {
     for (const std::string& input : options.inputs) {
         const sim::SceneDef scene = load_scene(input, options);
         study::require_study(scene);
-        render::check_letters(scene);
+        render::check_overlay(scene);
         if (!options.is_quiet) {
             std::fputs(sim::describe_scene(scene).c_str(), stdout);
         }

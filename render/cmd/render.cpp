@@ -152,7 +152,7 @@ void render_trajectory(const Options& options) {
     render::configure_gl(options.is_portable);
     const sim::TrajectoryReader trajectory(path);
     sim::SceneDef scene = scene_of(trajectory, path.string(), options);
-    render::check_letters(scene);
+    render::check_overlay(scene);
     const RecordedFrames recorded(trajectory, path.string(), scene);
     const std::int64_t frame_count = recorded.count();
     const FrameRange frames = frame_range(options, frame_count);

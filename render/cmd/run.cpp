@@ -295,7 +295,7 @@ void run_all(const Options& options, bool has_pictures) {
         }
         frame_range(options, frame_count_of(scenes.back()));
         if (has_pictures) {
-            render::check_letters(scenes.back());
+            render::check_overlay(scenes.back());
             require_film(scenes.back(), !options.no_video && options.frames.empty());
         }
         if (!simulation_preset(options).empty()) {

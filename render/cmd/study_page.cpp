@@ -2,6 +2,7 @@
 
 #include "render/compare/page.h"
 #include "render/study/promise.h"
+#include "sim/base/base64.h"
 #include "sim/base/file_io.h"
 
 #include <fmt/format.h>
@@ -14,23 +15,6 @@ namespace cmd {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// RFC 4648.
-std::string base64(const std::string& bytes) {
-    constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        std::uint32_t bits = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-        }
-        for (std::size_t k = 0; k < 4; ++k) {
-            text += i + k <= bytes.size() ? digits[bits >> (18 - 6 * k) & 63U] : '=';
-        }
-    }
-    return text;
-}
 
 /// An SVG file without its XML declaration, for the inside of a page.
 std::string inline_svg(const fs::path& path) {
@@ -85,7 +69,7 @@ std::string film_html(const fs::path& film) {
         return {};
     }
     return "<h2>The same seconds</h2>\n<video controls loop muted src=\"data:video/mp4;base64," +
-           base64(sim::read_text_file(film)) + "\"></video>\n";
+           sim::base64(sim::read_text_file(film)) + "\"></video>\n";
 }
 
 std::string truth_of(const study::Plan& plan) {

@@ -1,6 +1,7 @@
 #include "render/compare/report_page.h"
 
 #include "render/compare/page.h"
+#include "sim/base/base64.h"
 #include "sim/base/file_io.h"
 
 #include <fmt/format.h>
@@ -15,23 +16,6 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-std::string base64(const std::string& bytes) {
-    constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-        std::uint32_t group = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-        }
-        for (std::size_t k = 0; k < 4; ++k) {
-            text += k <= count ? digits[group >> (18 - 6 * k) & 63] : '=';
-        }
-    }
-    return text;
-}
-
 /// All pictures that the result names.
 std::string picture_elements(const fs::path& folder, const Json& result) {
     std::string elements;
@@ -42,7 +26,7 @@ std::string picture_elements(const fs::path& folder, const Json& result) {
                 const std::string path = frame.at(key);
                 if (seen.insert(path).second) {
                     elements += fmt::format("<script type=\"text/plain\" class=\"picture\" data-path=\"{}\">{}</script>\n",
-                                            escape_html(path), base64(sim::read_text_file(folder / path)));
+                                            escape_html(path), sim::base64(sim::read_text_file(folder / path)));
                 }
             }
         }

@@ -183,4 +183,13 @@ void Canvas::mask(const Coverage& shape, const Paint& paint) {
     }
 }
 
+void Canvas::picture(int x, int y, const AlphaImage& picture) {
+    for (int row = std::max(0, -y); row < std::min(picture.height, image_.height - y); ++row) {
+        for (int column = std::max(0, -x); column < std::min(picture.width, image_.width - x); ++column) {
+            const std::uint8_t* rgba = picture.rgba.data() + std::size_t{4} * (static_cast<std::size_t>(row) * picture.width + column);
+            blend(x + column, y + row, {glm::vec3(rgba[0], rgba[1], rgba[2]) / 255.0f}, static_cast<float>(rgba[3]) / 255.0f);
+        }
+    }
+}
+
 } // namespace render

@@ -53,6 +53,8 @@ public:
     /// A rectangle with round corners.
     void panel(const glm::vec2& lower, const glm::vec2& upper, float radius, const Paint& paint);
     void mask(const Coverage& shape, const Paint& paint);
+    /// A picture whose upper left corner is the pixel (x, y).
+    void picture(int x, int y, const AlphaImage& picture);
     /// A line of text that masks have written.
     void note(TextLine line) { image_.texts.push_back(std::move(line)); }
 

@@ -18,9 +18,9 @@ namespace {
 
 using sim::Shown;
 
-/// Pictures lower than this [px] have text as large as one of this height.
+/// Pictures smaller than this [px] have text as large as one of this height.
 constexpr float least_height = 320.0f;
-/// Sizes in 1/720 of the picture's height.
+/// Sizes in 1/720 of the picture's height, or of its width where that is less.
 constexpr float edge = 18.0f;
 constexpr float padding = 14.0f;
 constexpr float title_size = 20.0f;
@@ -70,7 +70,14 @@ Overlay::Overlay(const sim::SceneDef& scene)
                 scene.overlay.shows(Shown::energy)),
       has_plots_(scene.overlay.shows(Shown::plots) && !scene.plots.empty()) {}
 
-void check_letters(const sim::SceneDef& scene) {
+void check_overlay(const sim::SceneDef& scene) {
+    try {
+        if (!scene.overlay.logo.empty()) {
+            decode_png(scene.overlay.logo);
+        }
+    } catch (const sim::Error& error) {
+        throw sim::Error(error.code(), fmt::format("{}: overlay: logo: {}", scene.name, error.what()));
+    }
     const Font font;
     const auto check = [&](const std::string& text, const std::string& where) {
         if (const std::string letter = font.missing_letter(text); !letter.empty()) {
@@ -94,8 +101,10 @@ void check_letters(const sim::SceneDef& scene) {
 }
 
 void Overlay::draw(Image& image, const Moment& moment) {
-    scale_ = std::max(static_cast<float>(image.height), least_height) / 720.0f;
+    scale_ = std::max(static_cast<float>(std::min(image.width, image.height)), least_height) / 720.0f;
+    text_bottom_ = 0.0f;
     Canvas canvas(image);
+    fit_logo(std::min(image.width, image.height));
     if (needs_depth()) {
         world_.draw(canvas, moment.snapshot, moment.notes, moment.depth, scale_);
     }
@@ -106,6 +115,24 @@ void Overlay::draw(Image& image, const Moment& moment) {
     for (const sim::CaptionDef& caption : scene_.captions) {
         draw_caption(canvas, caption, moment.film_time);
     }
+    draw_logo(canvas);
+}
+
+/// As high as a picture of this height or width [px] needs it.
+void Overlay::fit_logo(int picture_size) {
+    const int height = std::max(1, static_cast<int>(std::lround(scene_.overlay.logo_height * picture_size)));
+    if (!scene_.overlay.logo.empty() && logo_.height != height) {
+        logo_ = resized(decode_png(scene_.overlay.logo), height);
+    }
+}
+
+void Overlay::draw_logo(Canvas& canvas) const {
+    const sim::LogoCorner at = scene_.overlay.logo_at;
+    const int space = static_cast<int>(std::lround(edge * scale_));
+    const bool is_left = at == sim::LogoCorner::top_left || at == sim::LogoCorner::bottom_left;
+    const bool is_top = at == sim::LogoCorner::top_left || at == sim::LogoCorner::top_right;
+    canvas.picture(is_left ? space : canvas.width() - space - logo_.width,
+                   is_top ? space : canvas.height() - space - logo_.height, logo_);
 }
 
 void Overlay::draw_caption(Canvas& canvas, const sim::CaptionDef& caption, double film_time) {
@@ -136,7 +163,7 @@ void Overlay::draw_caption(Canvas& canvas, const sim::CaptionDef& caption, doubl
     if (caption.place == sim::CaptionPlace::bottom) {
         top.y = picture.y - (edge + padding) * scale_ - height;
     } else if (caption.place == sim::CaptionPlace::top) {
-        top.y = (edge + padding) * scale_;
+        top.y = std::max((edge + padding) * scale_, text_bottom_ + 2.0f * padding * scale_);
     }
     if (is_card) {
         canvas.panel({0.0f, 0.0f}, picture, 0.0f, faded({card_color, 1.0f}));
@@ -198,7 +225,10 @@ void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
         row += (row > 0.0f ? value_gap : 0.0f) + width_of(value);
     }
     const float title_em = title_size * scale_;
-    const float widest = static_cast<float>(canvas.width()) - 2.0f * (edge + padding) * scale_;
+    const bool is_after_logo = scene_.overlay.logo_at == sim::LogoCorner::top_left;
+    const bool has_logo = logo_.width > 0 && (is_after_logo || scene_.overlay.logo_at == sim::LogoCorner::top_right);
+    const float beside = has_logo ? static_cast<float>(logo_.width) + edge * scale_ : 0.0f;
+    const float widest = static_cast<float>(canvas.width()) - 2.0f * (edge + padding) * scale_ - beside;
     const std::vector<std::string> title =
         has_title ? font_.lines(scene_.title, title_em, widest) : std::vector<std::string>{};
     float title_width = 0.0f;
@@ -211,11 +241,11 @@ void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
     const float row_height = values.empty() ? 0.0f : Font::digit_height(size);
     const float between = has_title && !values.empty() ? 13.0f * scale_ : 0.0f;
     const float inset = padding * scale_;
-    const glm::vec2 lower(edge * scale_);
-    canvas.panel(lower,
-                 lower + 2.0f * inset +
-                     glm::vec2(std::max(title_width, row), title_height + between + row_height),
-                 8.0f * scale_, panel_paint());
+    const glm::vec2 lower(edge * scale_ + (is_after_logo ? beside : 0.0f), edge * scale_);
+    const glm::vec2 upper =
+        lower + 2.0f * inset + glm::vec2(std::max(title_width, row), title_height + between + row_height);
+    canvas.panel(lower, upper, 8.0f * scale_, panel_paint());
+    text_bottom_ = upper.y;
     glm::vec2 at = lower + inset;
     for (std::size_t i = 0; i < title.size(); ++i) {
         const float baseline = at.y + Font::digit_height(title_em) + title_row * static_cast<float>(i);

@@ -15,8 +15,8 @@ struct Moment {
     const DepthPicture& depth; ///< of the picture; may be empty if none is needed
 };
 
-/// Throws Error (usage) for a text over the pictures with a letter that the font lacks.
-void check_letters(const sim::SceneDef& scene);
+/// Throws Error (usage) for a text over the pictures with a letter that the font lacks, and a logo that is no picture.
+void check_overlay(const sim::SceneDef& scene);
 
 class Overlay {
 public:
@@ -25,7 +25,7 @@ public:
 
     /// False: draw() changes nothing.
     bool is_needed() const {
-        return needs_depth() || has_text_ || has_plots_ || colors_.is_needed() || !scene_.captions.empty();
+        return needs_depth() || has_text_ || has_plots_ || colors_.is_needed() || !scene_.captions.empty() || !scene_.overlay.logo.empty();
     }
     const BodyColors& colors() const { return colors_; }
     /// Draws what lies in the world, and so needs the picture's depths.
@@ -40,14 +40,18 @@ private:
     void draw_scale(Canvas& canvas, const glm::vec2& at, float width);
     void draw_contact_legend(Canvas& canvas);
     void draw_caption(Canvas& canvas, const sim::CaptionDef& caption, double film_time);
+    void fit_logo(int picture_size);
+    void draw_logo(Canvas& canvas) const;
 
     const sim::SceneDef& scene_;
     BodyColors colors_;
     WorldLayer world_;
     bool has_text_;
     bool has_plots_;
-    float scale_ = 1.0f; ///< [px] 1/720 of the picture's height
+    float scale_ = 1.0f; ///< [px] 1/720 of the picture's height, or of its width where that is less
+    float text_bottom_ = 0.0f; ///< [px] end of the title's panel
     Font font_;
+    AlphaImage logo_; ///< as high as the last picture needed it
 };
 
 } // namespace render

@@ -4,9 +4,11 @@
 
 #include <isa-l.h>
 #include <stb_image.h>
+#include <stb_image_resize.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -141,6 +143,32 @@ Image read_image(const std::filesystem::path& path) {
     Image image(width, height);
     std::memcpy(image.rgb.data(), pixels.get(), image.rgb.size());
     return image;
+}
+
+AlphaImage decode_png(const std::string& bytes) {
+    AlphaImage image;
+    int channels = 0;
+    const std::unique_ptr<std::uint8_t, StbDeleter> pixels(
+        bytes.size() > std::numeric_limits<int>::max()
+            ? nullptr
+            : stbi_load_from_memory(reinterpret_cast<const std::uint8_t*>(bytes.data()), static_cast<int>(bytes.size()),
+                                    &image.width, &image.height, &channels, 4));
+    if (pixels == nullptr) {
+        throw sim::Error(sim::ExitCode::usage, "no picture, or not a whole one");
+    }
+    image.rgba.assign(pixels.get(), pixels.get() + std::size_t{4} * image.width * image.height);
+    return image;
+}
+
+AlphaImage resized(const AlphaImage& image, int height) {
+    CHECK(height > 0);
+    AlphaImage result;
+    result.height = height;
+    result.width = std::max(1, static_cast<int>(std::lround(static_cast<double>(image.width) * height / image.height)));
+    result.rgba.resize(std::size_t{4} * result.width * result.height);
+    CHECK(stbir_resize_uint8_srgb(image.rgba.data(), image.width, image.height, 0, result.rgba.data(), result.width,
+                                  result.height, 0, 4, 3, 0) == 1);
+    return result;
 }
 
 } // namespace render

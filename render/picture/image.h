@@ -40,4 +40,15 @@ std::vector<std::uint8_t> encode_png(PngKind kind, int width, int height, std::s
 /// Reads a PNG (or JPEG) as 8-bit RGB. Throws Error (io).
 Image read_image(const std::filesystem::path& path);
 
+/// 8-bit red, green, blue and alpha, top row first; alpha not multiplied in.
+struct AlphaImage {
+    int width = 0;  ///< [px]
+    int height = 0; ///< [px]
+    std::vector<std::uint8_t> rgba;
+};
+/// Of a PNG file's bytes. Throws Error (usage) for what is no whole picture.
+AlphaImage decode_png(const std::string& bytes);
+/// As high as asked for, and as wide as it was to its height.
+AlphaImage resized(const AlphaImage& image, int height);
+
 } // namespace render

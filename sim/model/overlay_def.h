@@ -28,6 +28,9 @@ enum class ColorBy { look, material, body, speed, contacts, impulse };
 /// Where the plots are.
 enum class PlotCorner { bottom_right, top_right };
 
+/// Where the logo is.
+enum class LogoCorner { top_right, top_left, bottom_right, bottom_left };
+
 /// Where a caption is. A card covers the whole picture.
 enum class CaptionPlace { bottom, top, middle, card };
 
@@ -49,6 +52,9 @@ struct OverlayDef {
     std::vector<int> bodies; ///< indices into bodies: those with trails and contact paths
     PlotCorner plots_at = PlotCorner::bottom_right;
     double zero_height = 0.0; ///< [m] where potential energy counts from
+    std::string logo;         ///< a PNG file's bytes; empty: none
+    LogoCorner logo_at = LogoCorner::top_right;
+    double logo_height = 0.1; ///< [-] of the picture's, or of its width where that is less
 
     bool shows(Shown what) const { return show[static_cast<std::size_t>(what)]; }
 };

@@ -5,6 +5,7 @@
 #include "sim/scene/body.h"
 #include "sim/scene/bounds.h"
 #include "sim/scene/camera.h"
+#include "sim/scene/inlined.h"
 #include "sim/scene/layer.h"
 #include "sim/scene/overlap.h"
 #include "sim/scene/pattern.h"
@@ -431,7 +432,7 @@ SceneDef parse_scene(const std::string& text, const std::string& file,
     }
     check_bounds(loading, table("simulation"));
     check_overlaps(loading);
-    scene.text = text_with_points(text, root, source);
+    scene.text = text_with_files(text, root, source);
     scene.overrides = source.assignments;
     return std::move(loading.scene);
 }

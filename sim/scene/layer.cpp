@@ -1,5 +1,7 @@
 #include "sim/scene/layer.h"
 
+#include "sim/scene/inlined.h"
+
 #include <algorithm>
 
 namespace sim {
@@ -35,6 +37,11 @@ OverlayDef read_overlay(const TextSource& source, const TreeNode& node, const Bo
     overlay.bodies = read_bodies(section, find);
     overlay.plots_at = static_cast<PlotCorner>(section.choice("plots_at"));
     overlay.zero_height = section.number("zero_height");
+    if (section.has("logo")) {
+        overlay.logo = read_logo(section);
+    }
+    overlay.logo_at = static_cast<LogoCorner>(section.choice("logo_at"));
+    overlay.logo_height = section.number("logo_height");
     section.finish("without colours by a quantity");
     return overlay;
 }

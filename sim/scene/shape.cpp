@@ -1,18 +1,15 @@
 #include "sim/scene/shape.h"
 
 #include "sim/base/error.h"
-#include "sim/base/file_io.h"
 #include "sim/base/random.h"
 #include "sim/model/obj_file.h"
 #include "sim/model/polytope.h"
+#include "sim/scene/inlined.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
-#include <functional>
 #include <numbers>
 #include <utility>
 
@@ -45,33 +42,6 @@ Box read_box(Section& section) {
     return Box{section.has("size") ? Vec3(section.vector("size") / 2.0) : section.vector("half_extents")};
 }
 
-/// What `read` makes of the OBJ file beside the scene.
-template <class Read>
-auto read_obj(const TextSource& source, const std::string& name, const Read& read) {
-    const std::filesystem::path path = std::filesystem::path(source.file).parent_path() / name;
-    std::error_code error;
-    if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
-        throw Error(ExitCode::io, fmt::format("cannot read {}: not a file", path.string())); // a pipe may never end
-    }
-    return read(read_text_file(path), path.string());
-}
-
-/// The same of the file that the section's key `file` names.
-template <class Read>
-auto read_obj_of(Section& section, const Read& read) {
-    const std::string name = section.text("file");
-    const TextPlace place = section.place_of("file");
-    if (place.assignment >= 0) {
-        section.fail("file", "file is set here, expected it in the scene file");
-    }
-    try {
-        return read_obj(section.source(), name, read);
-    } catch (const Error& error) {
-        throw Error(error.code(), fmt::format("{}: {}: {}", section.source().describe(place), section.title(),
-                                              error.what()));
-    }
-}
-
 Hull hull_of(const Section& section, const std::string& key, const std::vector<Vec3>& points) {
     if (points.size() < 4 || points.size() > most_points) {
         section.fail(key, fmt::format("{} has {} points, expected 4 to {}", key, points.size(), most_points));
@@ -90,7 +60,7 @@ Hull read_hull(Section& section) {
                                                      : "points or file is missing, expected one of them");
     }
     const std::string key = section.has("points") ? "points" : "file";
-    const std::vector<Vec3> points = section.has("points") ? section.points("points") : read_obj_of(section, obj_points);
+    const std::vector<Vec3> points = section.has("points") ? section.points("points") : read_beside(section, "file", obj_points);
     return hull_of(section, key, points);
 }
 
@@ -149,62 +119,6 @@ CompoundPart read_part(const TextSource& source, const TreeNode& node, const std
     return {shape, {section.vector("position"), read_orientation(section)}};
 }
 
-// --- files put into the text -----------------------------------------------------------------------------
-
-/// Index of a place's first byte: lines and columns count from 1, a column is one character of UTF-8.
-std::size_t offset_of(const std::string& text, const TextPlace& place) {
-    std::size_t at = 0;
-    for (int line = 1; line < place.line; ++line) {
-        at = text.find('\n', at) + 1;
-    }
-    const auto continues = [&](std::size_t i) { return (static_cast<unsigned char>(text[i]) & 0xC0u) == 0x80u; };
-    for (int column = 1; column < place.column; ++column) {
-        for (++at; at < text.size() && continues(at);) {
-            ++at;
-        }
-    }
-    return at;
-}
-
-/// A value of the key "file", and whether its groups are parts.
-struct ObjFile {
-    const TreeNode* name;
-    bool has_groups;
-};
-
-/// All values of the key "file" in shapes of kind "hull" and "compound" below a node, with that kind.
-void find_obj_files(const TreeNode& node, std::vector<ObjFile>& files) {
-    const TreeNode* kind = node.find("kind");
-    const TreeNode* file = node.find("file");
-    if (kind != nullptr && (kind->text == "hull" || kind->text == "compound") && file != nullptr) {
-        files.push_back({file, kind->text == "compound"});
-    }
-    for (const TreeNode& child : node.children) {
-        find_obj_files(child, files);
-    }
-}
-
-/// "points = [[0, 0, 0], ...]"
-std::string points_text(const std::vector<Vec3>& points) {
-    std::vector<std::string> texts;
-    for (const Vec3& x : points) {
-        texts.push_back(fmt::format("[{}, {}, {}]", x.x(), x.y(), x.z()));
-    }
-    return fmt::format("points = [{}]", fmt::join(texts, ", "));
-}
-
-/// What stands in the scene's text for the file.
-std::string text_of_file(const TextSource& source, const ObjFile& file) {
-    if (!file.has_groups) {
-        return points_text(read_obj(source, file.name->text, obj_points));
-    }
-    std::vector<std::string> parts;
-    for (const std::vector<Vec3>& group : read_obj(source, file.name->text, obj_groups)) {
-        parts.push_back(fmt::format("{{ kind = \"hull\", {} }}", points_text(group)));
-    }
-    return fmt::format("parts = [{}]", fmt::join(parts, ", "));
-}
-
 /// A rock, or a compound with one.
 bool is_random(const TreeNode& shape) {
     const TreeNode* kind = shape.find("kind");
@@ -213,25 +127,6 @@ bool is_random(const TreeNode& shape) {
 }
 
 } // namespace
-
-std::string text_with_points(std::string text, const TreeNode& root, const TextSource& source) {
-    std::vector<ObjFile> files;
-    find_obj_files(root, files);
-    std::ranges::sort(files, std::ranges::greater{}, [](const ObjFile& file) {
-        return std::pair(file.name->place.line, file.name->place.column);
-    });
-    for (const ObjFile& file : files) {
-        const std::size_t key = offset_of(text, file.name->key_place);
-        const std::size_t value = offset_of(text, file.name->place);
-        const std::size_t end = text.find(text[value], value + 1);
-        if (text.compare(key, 4, "file") != 0 || end == std::string::npos ||
-            text.substr(value + 1, end - value - 1) != file.name->text) {
-            fail_at(source, file.name->place, "the file's name is written in an unusual way, expected file = \"NAME\"");
-        }
-        text.replace(key, end + 1 - key, text_of_file(source, file));
-    }
-    return text;
-}
 
 Quat read_orientation(Section& section) {
     constexpr std::array<std::string_view, 3> ways{"orientation", "axis_angle_degrees", "euler_degrees"};
@@ -271,7 +166,7 @@ Shape read_shape(const TextSource& source, const TreeNode& node, const std::stri
                                                    : "parts or file is missing, expected one of them");
     }
     if (section.has("file")) {
-        for (const std::vector<Vec3>& group : read_obj_of(section, obj_groups)) {
+        for (const std::vector<Vec3>& group : read_beside(section, "file", obj_groups)) {
             compound.parts.push_back({hull_of(section, "file", group), {}});
         }
         if (compound.parts.empty()) {

@@ -14,10 +14,6 @@ Quat read_orientation(Section& section);
 /// shape". Throws Error (usage), and Error (io) for an OBJ file that cannot be read.
 Shape read_shape(const TextSource& source, const TreeNode& node, const std::string& title, std::int64_t index);
 
-/// The text of a scene with the points of its OBJ files in place of their names: it says all by itself. root: its
-/// tree, read without an error. Throws Error (usage) for a name that is not a plain text.
-std::string text_with_points(std::string text, const TreeNode& root, const TextSource& source);
-
 /// Is this table of a body one whose shape differs from body to body in a pattern?
 bool is_random_shape(const TreeNode& body);
 

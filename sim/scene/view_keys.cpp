@@ -83,6 +83,10 @@ std::vector<SectionSpec> overlay_sections() {
              {"plots_at", choice, "", "\"bottom_right\"", "corner of the picture that the plots are in", any,
               "bottom_right top_right"},
              {"zero_height", number, "m", "0", "where potential energy counts from", any, ""},
+             {"logo", text, "", none, "PNG file, relative to the scene file, that is drawn in a corner, over cards too; the "
+              "run keeps it as data:image/png;base64,...", any, ""},
+             {"logo_at", choice, "", "\"top_right\"", "that corner", any, "top_right top_left bottom_right bottom_left"},
+             {"logo_height", number, "", "0.1", "its height, as a share of the picture's, or of its width where that is less", {0.0, 1.0, true}, ""},
          }},
         {"caption", "[[caption]]", "Text over the pictures for a time.",
          {

@@ -253,14 +253,64 @@ TEST(overlay, a_card_covers_the_picture_and_long_lines_wrap) {
     EXPECT_EQ(font.lines("abcabc", 20.0f, font.width("abc", 20.0f) + 0.5f), (std::vector<std::string>{"abc", "abc"}));
 }
 
+/// A PNG file, 8 pixels wide and 4 high: the left half red, the right half clear.
+std::string half_red_logo() {
+    std::vector<std::uint8_t> rgba;
+    for (int i = 0; i < 8 * 4; ++i) {
+        const bool is_red = i % 8 < 4;
+        rgba.insert(rgba.end(), {255, 0, 0, static_cast<std::uint8_t>(is_red ? 255 : 0)});
+    }
+    const std::vector<std::uint8_t> png = encode_png(PngKind::rgba8, 8, 4, rgba);
+    return {png.begin(), png.end()};
+}
+
+TEST(overlay, a_logo_is_drawn_with_its_alpha_in_its_corner_over_cards_and_beside_the_title) {
+    sim::SceneDef scene = cube_scene();
+    scene.overlay.logo = half_red_logo();
+    scene.overlay.logo_height = 0.25; // 60 of 240 px high, 120 px wide
+    scene.overlay.logo_at = sim::LogoCorner::bottom_left;
+    const int edge = 8; // 18 / 720 of 320 px
+    Pair pair = draw(scene, sample::start(scene));
+    EXPECT_EQ(color_at(pair.drawn, edge + 30, height - edge - 30), glm::vec3(1, 0, 0));
+    EXPECT_EQ(color_at(pair.drawn, edge + 90, height - edge - 30), color_at(pair.plain, edge + 90, height - edge - 30));
+    EXPECT_EQ(color_at(pair.drawn, edge + 30, height - edge - 62), color_at(pair.plain, edge + 30, height - edge - 62));
+    scene.captions = {{"card", sim::CaptionPlace::card}};
+    EXPECT_EQ(color_at(draw(scene, sample::start(scene)).drawn, edge + 30, height - edge - 30), glm::vec3(1, 0, 0));
+
+    scene.captions.clear();
+    sample::show(scene, sim::Shown::title);
+    scene.title = "One thousand cubes fall through a funnel of four plates"; // does not fit into one line
+    for (const sim::LogoCorner corner : {sim::LogoCorner::top_left, sim::LogoCorner::top_right}) {
+        scene.overlay.logo_at = corner;
+        pair = draw(scene, sample::start(scene));
+        const int clear = corner == sim::LogoCorner::top_left ? edge + 90 : width - edge - 30;
+        for (int y = edge; y < edge + 60; ++y) {
+            EXPECT_EQ(color_at(pair.drawn, clear, y), color_at(pair.plain, clear, y)) << y;
+        }
+    }
+
+    scene.overlay.logo.resize(scene.overlay.logo.size() / 2);
+    EXPECT_THROW(check_overlay(scene), sim::Error);
+}
+
+TEST(overlay, a_caption_at_the_top_comes_below_the_title) {
+    sim::SceneDef scene = cube_scene();
+    scene.captions = {{"ooo", sim::CaptionPlace::top}};
+    scene.title = "A title from the left to the right of the picture";
+    sample::show(scene, sim::Shown::title);
+    Pair pair = draw(scene, sample::start(scene), 1.0);
+    const int top = pair.drawn.texts.at(0).y;
+    EXPECT_GE(pair.drawn.texts.at(pair.drawn.texts.size() - 1).y, top + 12);
+}
+
 TEST(overlay, a_letter_that_the_font_lacks_is_refused_by_its_name) {
     sim::SceneDef scene = cube_scene();
     scene.name = "film";
     scene.captions = {{"Größe Ωμ Привет"}};
-    EXPECT_NO_THROW(check_letters(scene));
+    EXPECT_NO_THROW(check_overlay(scene));
     scene.captions = {{"ok"}, {"ok \u6f22"}};
     try {
-        check_letters(scene);
+        check_overlay(scene);
         FAIL() << "no error";
     } catch (const sim::Error& error) {
         EXPECT_EQ(error.code(), sim::ExitCode::usage);

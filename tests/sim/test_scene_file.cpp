@@ -270,6 +270,26 @@ TEST(scene_file, hull_from_an_obj_file_puts_its_points_into_the_scenes_text) {
     EXPECT_EQ(shape_to_json(again.bodies[0].shape), shape_to_json(scene.bodies[0].shape));
 }
 
+TEST(scene_file, the_bytes_of_a_logo_come_into_the_scenes_text) {
+    const std::filesystem::path folder = test::out_folder("obj") / "logo";
+    std::filesystem::create_directories(folder);
+    for (const std::size_t more : {0, 1, 2, 200}) {
+        std::string png = "\x89PNG\r\n\x1a\n";
+        for (std::size_t i = 0; i < more; ++i) {
+            png += static_cast<char>(7 * i);
+        }
+        write_file(folder / "logo.png", png);
+        write_file(folder / "scene.toml", "[overlay]\nlogo = 'logo.png' # ours\n" + ball);
+        const SceneDef scene = load_scene(folder / "scene.toml");
+        EXPECT_EQ(scene.overlay.logo, png);
+        EXPECT_NE(scene.text.find("logo = \"data:image/png;base64,iVBORw0KGgo"), std::string::npos) << scene.text;
+        EXPECT_EQ(parse_scene(scene.text, "elsewhere.toml").overlay.logo, png);
+    }
+    write_file(folder / "logo.png", std::string("JPEG"));
+    EXPECT_THROW(load_scene(folder / "scene.toml"), Error);
+    EXPECT_THROW(parse_scene("[overlay]\nlogo = \"data:image/png;base64,iVBORw0KGgo\"\n" + ball, "s.toml"), Error);
+}
+
 TEST(scene_file, a_byte_order_mark_hides_no_vertex_of_an_obj_file) {
     const SceneDef scene = load_with_obj("\xEF\xBB\xBFv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n");
     EXPECT_DOUBLE_EQ(scene.bodies[0].mass.mass, 1000.0 / 6.0);
