@@ -116,7 +116,15 @@ render::PanelSize panel_size(const std::vector<Track>& tracks) {
     const double scale =
         std::min(1.0, static_cast<double>(most_width) / arranged_size(size, tracks.size()).width);
     const auto even = [&](int x) { return std::max(2, static_cast<int>(x * scale) / 2 * 2); };
-    return {even(size.width), even(size.height)};
+    return {even(size.width), even(size.height), 0};
+}
+
+std::vector<render::Panel> panels_of(const std::vector<Track>& tracks) {
+    std::vector<render::Panel> panels;
+    for (const Track& track : tracks) {
+        panels.push_back(track.panel);
+    }
+    return panels;
 }
 
 } // namespace
@@ -128,7 +136,7 @@ void add_side_by_side_options(CLI::App& verb, SideBySideOptions& options) {
     verb.add_option("-o,--output", options.film, "The film that is written")
         ->required()
         ->type_name("FILE.mp4");
-    verb.add_option("--label", options.labels, "Text over a film, one for each in their order")
+    verb.add_option("--label", options.labels, "Text above a film, one for each in their order")
         ->type_name("TEXT")
         ->allow_extra_args(false);
     verb.add_flag("--quiet", options.is_quiet, "Only errors are printed");
@@ -155,27 +163,26 @@ void write_films_side_by_side(const SideBySideOptions& options) {
     for (const Track& track : tracks) {
         fps = std::max(fps, track.fps());
     }
-    const render::PanelSize size = panel_size(tracks);
+    render::Font font;
+    render::PanelSize size = panel_size(tracks);
+    size.label_height = label_height(panels_of(tracks), size.width, font);
     const render::PanelSize whole = arranged_size(size, count);
     render::VideoSettings settings;
     settings.fps = rate_of(fps);
     std::int64_t frame = 0;
     {
         render::VideoWriter video(options.film, whole.width, whole.height, settings);
-        render::Font font;
         for (;; ++frame) {
             if (is_interrupted()) {
                 throw Error(ExitCode::interrupted, "interrupted; no film was made");
             }
-            std::vector<render::Panel> panels;
             for (Track& track : tracks) {
                 track.go_to(static_cast<double>(frame) / settings.fps.value());
-                panels.push_back(track.panel);
             }
             if (std::ranges::all_of(tracks, &Track::is_over)) {
                 break;
             }
-            video.add(arranged(panels, size, font));
+            video.add(arranged(panels_of(tracks), size, font));
         }
         video.finish();
     }

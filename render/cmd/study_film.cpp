@@ -102,7 +102,12 @@ void draw_panel(const study::Plan& plan, const study::Task& task, const study::E
 }
 
 void join_panels(const study::Plan& plan, std::span<const Panel> panels, const fs::path& folder) {
-    constexpr render::PanelSize size{panel_width, panel_height};
+    render::Font font;
+    std::vector<render::Panel> pictures;
+    for (const Panel& panel : panels) {
+        pictures.push_back({{}, panel.labels});
+    }
+    const render::PanelSize size{panel_width, panel_height, label_height(pictures, panel_width, font)};
     const render::PanelSize whole = render::arranged_size(size, panels.size());
     const std::int64_t frames = sim::frame_count(plan.scene.output.duration, {film_fps, 1});
     render::VideoSettings settings = render::video_settings(plan.scene);
@@ -111,11 +116,9 @@ void join_panels(const study::Plan& plan, std::span<const Panel> panels, const f
     settings.encoder = render::automatic_encoder;
     settings.bits = 8;
     render::VideoWriter video(folder / "film.mp4", whole.width, whole.height, settings);
-    render::Font font;
     for (std::int64_t k = 0; k < frames; ++k) {
-        std::vector<render::Panel> pictures;
-        for (const Panel& panel : panels) {
-            pictures.push_back({render::read_image(folder / panel.name / render::frame_file_name(k)), panel.labels});
+        for (std::size_t i = 0; i < panels.size(); ++i) {
+            pictures[i].picture = render::read_image(folder / panels[i].name / render::frame_file_name(k));
         }
         video.add(render::arranged(pictures, size, font));
     }

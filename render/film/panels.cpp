@@ -12,8 +12,25 @@ namespace render {
 
 namespace {
 
-constexpr float label_text = 15.0f; ///< [px]
-constexpr float label_edge = 8.0f;  ///< [px] between labels and the panel's edges
+constexpr float label_share = 0.03f;  ///< [-] of a panel's width: size of its text
+constexpr float least_label = 15.0f;  ///< [px]
+constexpr float label_row = 1.4f;     ///< [-] of that size
+constexpr float label_edge = 0.5f;    ///< [-] of that size, between labels and the panel's edges
+
+float label_size(int width) {
+    return std::max(least_label, std::round(label_share * static_cast<float>(width)));
+}
+
+std::vector<std::string> label_lines(const Panel& panel, int width, Font& font) {
+    const float size = label_size(width);
+    std::vector<std::string> lines;
+    for (const std::string& label : panel.labels) {
+        for (const std::string& line : font.lines(label, size, static_cast<float>(width) - 2.0f * label_edge * size)) {
+            lines.push_back(line);
+        }
+    }
+    return lines;
+}
 
 int columns_of(std::size_t count) {
     return count > 1 ? 2 : 1;
@@ -32,16 +49,17 @@ Image fitted(const Image& picture, const PanelSize& size) {
     return result;
 }
 
-void label(Image& picture, std::span<const std::string> lines, Font& font) {
-    Canvas canvas(picture);
-    float y = label_edge;
-    for (const std::string& line : lines) {
-        const glm::vec2 lower(label_edge - 3.0f, y - 2.0f);
-        canvas.panel(lower, lower + glm::vec2(font.width(line, label_text) + 6.0f, label_text + 4.0f), 3.0f,
-                     {glm::vec3(0.0f), 0.55f});
-        font.draw(canvas, {label_edge, y + 0.8f * label_text}, line, {label_text, {}});
-        y += label_text + 6.0f;
+/// The strip above a panel.
+Image label_strip(const Panel& panel, const PanelSize& size, Font& font) {
+    Image strip(size.width, size.label_height);
+    Canvas canvas(strip);
+    const float text = label_size(size.width);
+    float y = label_edge * text + Font::digit_height(text);
+    for (const std::string& line : label_lines(panel, size.width, font)) {
+        font.draw(canvas, {label_edge * text, y}, line, {text, {}});
+        y += label_row * text;
     }
+    return strip;
 }
 
 void paste(const Image& from, int left, int top, Image& to) {
@@ -53,10 +71,20 @@ void paste(const Image& from, int left, int top, Image& to) {
 
 } // namespace
 
+int label_height(std::span<const Panel> panels, int width, Font& font) {
+    std::size_t most = 0;
+    for (const Panel& panel : panels) {
+        most = std::max(most, label_lines(panel, width, font).size());
+    }
+    const float text = label_size(width);
+    const float rows = label_row * static_cast<float>(most) - label_row + 2.0f * label_edge;
+    return most == 0 ? 0 : 2 * static_cast<int>(std::ceil(0.5f * (rows * text + Font::digit_height(text))));
+}
+
 PanelSize arranged_size(const PanelSize& panel, std::size_t count) {
     const int columns = columns_of(count);
     const int rows = (static_cast<int>(count) + columns - 1) / columns;
-    return {columns * panel.width, rows * panel.height};
+    return {columns * panel.width, rows * (panel.label_height + panel.height), 0};
 }
 
 Image arranged(std::span<const Panel> panels, const PanelSize& size, Font& font) {
@@ -64,11 +92,14 @@ Image arranged(std::span<const Panel> panels, const PanelSize& size, Font& font)
     const PanelSize whole_size = arranged_size(size, panels.size());
     Image whole(whole_size.width, whole_size.height);
     for (std::size_t i = 0; i < panels.size(); ++i) {
-        Image picture = fitted(panels[i].picture, size);
-        label(picture, panels[i].labels, font);
-        const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
-        paste(picture, column * size.width + (size.width - picture.width) / 2,
-              row * size.height + (size.height - picture.height) / 2, whole);
+        const Image picture = fitted(panels[i].picture, size);
+        const int left = static_cast<int>(i) % columns * size.width;
+        const int top = static_cast<int>(i) / columns * (size.label_height + size.height);
+        if (size.label_height > 0) {
+            paste(label_strip(panels[i], size, font), left, top, whole);
+        }
+        paste(picture, left + (size.width - picture.width) / 2,
+              top + size.label_height + (size.height - picture.height) / 2, whole);
     }
     return whole;
 }

@@ -11,20 +11,24 @@ namespace render {
 
 struct Panel {
     Image picture;
-    std::vector<std::string> labels; ///< lines, in the upper left corner
+    std::vector<std::string> labels; ///< above it; lines that are too long are broken
 };
 
 /// Pixels of one panel.
 struct PanelSize {
     int width = 0;
-    int height = 0;
+    int height = 0;       ///< of the picture
+    int label_height = 0; ///< of the strip above it
 };
+
+/// Of the strips above these panels, the same for all; even.
+int label_height(std::span<const Panel> panels, int width, Font& font);
 
 /// Size of the picture of `count` panels, 1 to 4.
 PanelSize arranged_size(const PanelSize& panel, std::size_t count);
 
 /// The panels in one picture, row by row. A picture of another size is made as large as fits, on black; light is
-/// averaged, not display values. Labels stay in one size.
+/// averaged, not display values.
 Image arranged(std::span<const Panel> panels, const PanelSize& size, Font& font);
 
 } // namespace render
