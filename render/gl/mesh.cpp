@@ -39,6 +39,10 @@ GlMesh upload_mesh(const Mesh& mesh, const GlBuffer& instances) {
     set_floats(0, 3, {sizeof(Vertex), offsetof(Vertex, position), 0});
     set_floats(1, 3, {sizeof(Vertex), offsetof(Vertex, normal), 0});
     set_number(2, {sizeof(Vertex), offsetof(Vertex, group), 0});
+    for (GLuint k = 0; k < 3; ++k) {
+        set_floats(9 + k, 3, {sizeof(Vertex), offsetof(Vertex, faces) + k * sizeof(glm::vec3), 0});
+    }
+    set_floats(12, 3, {sizeof(Vertex), offsetof(Vertex, inside), 0});
     glBindBuffer(GL_ARRAY_BUFFER, instances.get());
     set_floats(3, 4, {sizeof(Instance), offsetof(Instance, orientation), 1});
     set_floats(4, 4, {sizeof(Instance), offsetof(Instance, position), 1});

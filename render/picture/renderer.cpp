@@ -139,7 +139,7 @@ struct Renderer::Impl {
         make_geometry();
         make_targets();
         shadow_box_program = Program("shadow_box.vert", "shadow.frag", constants);
-        shadow_round_program = Program("shadow_round.vert", "shadow.frag");
+        shadow_round_program = Program("shadow_round.vert", "shadow.frag", constants);
         floor_inside_program = Program("floor.vert", "floor.frag", "#define SHADOWED 1\n" + constants);
         floor_ring_program = Program("floor.vert", "floor.frag", "#define SHADOWED 0\n" + constants);
         sky_program = Program("sky.vert", "sky.frag", constants);

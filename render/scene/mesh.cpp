@@ -74,6 +74,26 @@ glm::vec2 band_normal(const LatheBand& band) {
     return {along.y, -along.x};
 }
 
+/// Fills in what the shadow asks of the corners with three faces.
+void add_corners(std::span<const HullFace> faces, Mesh& mesh) {
+    glm::vec3 middle(0.0f);
+    for (const Vertex& vertex : mesh.vertices) {
+        middle += vertex.position / static_cast<float>(mesh.vertices.size());
+    }
+    for (Vertex& vertex : mesh.vertices) {
+        std::vector<glm::vec3> normals;
+        for (const HullFace& face : faces) {
+            if (std::ranges::find(face.corners, vertex.position) != face.corners.end()) {
+                normals.push_back(face.normal);
+            }
+        }
+        if (normals.size() == vertex.faces.size()) {
+            std::ranges::copy(normals, vertex.faces.begin());
+            vertex.inside = 0.5f * (vertex.position + middle);
+        }
+    }
+}
+
 } // namespace
 
 Mesh make_sphere_mesh(int rings) {
@@ -144,6 +164,7 @@ Mesh make_hull_mesh(std::span<const HullFace> faces) {
             mesh.indices.insert(mesh.indices.end(), {first, first + i, first + i + 1});
         }
     }
+    add_corners(faces, mesh);
     return mesh;
 }
 

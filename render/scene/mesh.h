@@ -4,6 +4,7 @@
 
 #include <glm/glm.hpp>
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,6 +15,9 @@ struct Vertex {
     glm::vec3 position;  ///< [-] or [m], as the mesh says
     glm::vec3 normal;    ///< unit, outwards
     std::uint32_t group; ///< surfaces that meet in an edge have different groups, 0..
+    /// Of a hull's corner with three faces, for its shadow: their normals, and a place half way to the hull's middle.
+    std::array<glm::vec3, 3> faces{};
+    glm::vec3 inside{0.0f};
 };
 
 /// One band of a surface of revolution: from (radius, z) `lower` to `upper`.

@@ -2,6 +2,7 @@
 
 #include "sample_scenes.h"
 #include "sim/base/error.h"
+#include "sim/model/polytope.h"
 
 #include <gtest/gtest.h>
 
@@ -228,6 +229,23 @@ TEST(renderer, no_light_comes_through_where_a_body_stands_flush_on_the_floor) {
     sim::SceneDef scene = cube_on_floor({-0.05, 0, 1});
     // The foot of the cube's dark side in the middle, from 2.7 m: a texel of the shadow map has three pixels.
     sample::set_camera(scene, {3, -0.5, 1}, {0.5, 0, 0}, 6);
+    const render::Image image = drawn(scene, 640, 360);
+    const int dark = pixel(image, 320, 195)[1];
+    for (int y = 181; y < 195; ++y) {
+        EXPECT_LT(pixel(image, 320, y)[1], dark + 5) << y;
+    }
+}
+
+TEST(renderer, no_light_comes_through_where_a_hull_stands_flush_on_a_body) {
+    sim::SceneDef scene = cube_on_floor({-0.4, 0.3, 1});
+    scene.bodies[0].shape = sim::Box{{5, 5, 0.5}};
+    scene.bodies[0].pose.position = sim::Vec3(0, 0, -0.5);
+    std::vector<sim::Vec3> corners;
+    for (int k = 0; k < 8; ++k) {
+        corners.emplace_back((k & 1) - 0.5, ((k >> 1) & 1) - 0.5, ((k >> 2) & 1) - 0.5);
+    }
+    scene.bodies[1].shape = sim::Hull{std::make_shared<const sim::Polytope>(*sim::convex_hull(corners))};
+    sample::set_camera(scene, {3, -0.5, 1}, {0.5, 0, 0}, 6); // the foot of the cube's dark side
     const render::Image image = drawn(scene, 640, 360);
     const int dark = pixel(image, 320, 195)[1];
     for (int y = 181; y < 195; ++y) {
