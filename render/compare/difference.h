@@ -67,7 +67,7 @@ struct DifferenceMap {
     // What masks hide tells of noise all the same; see measure_hidden().
     std::vector<std::uint8_t> whole_raw; ///< [height * width] raw without masks; empty if there are none
     HiddenSigns hidden;
-    std::optional<double> whole_shift; ///< [px] mean_shift() without masks, of lossy pairs; none if there are no masks
+    std::optional<double> whole_shift; ///< [px] the usual one without masks, see edge_shift.h; none if there are no masks
     std::vector<SquareCell> squares; ///< by cell, in rows near differences; empty if there are none
     Picture reference;                ///< valid in the rows near differences
     Picture candidate;

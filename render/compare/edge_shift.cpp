@@ -1,6 +1,9 @@
 #include "render/compare/edge_shift.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace diff {
 
@@ -10,21 +13,46 @@ namespace {
 /// rings that encoders draw, is not made an edge of.
 constexpr double least_slope = 16.0;
 
+/// Slopes by shift: how many of the edges stay below one.
+class Shifts {
+public:
+    void add(double pixels, double slopes) {
+        bins_[std::min(static_cast<std::size_t>(pixels / bin), bins_.size() - 1)] += slopes;
+        sum_ += slopes;
+    }
+
+    double usual() const {
+        constexpr double share = 0.9;
+        double below = 0.0;
+        std::size_t i = 0;
+        while (i < bins_.size() && below + bins_[i] <= share * sum_) {
+            below += bins_[i++];
+        }
+        return bin * static_cast<double>(i);
+    }
+
+private:
+    static constexpr double bin = 0.01; ///< [px]
+    std::array<double, 500> bins_{};
+    double sum_ = 0.0;
+};
+
 } // namespace
 
-EdgeShift farthest_shift(const DifferenceMap& map) {
+EdgeShift find_edge_shift(const DifferenceMap& map) {
     constexpr int side = shift_window / cell_size;
+    constexpr double least_slopes = least_slope * least_slope * 3 * shift_window * shift_window / square_rows;
     const int columns = cell_count(map.width);
     const int rows = cell_count(map.height);
     EdgeShift farthest;
-    double largest = 0.0; // squared
     if (map.squares.empty()) {
         return farthest;
     }
+    Shifts shifts;
     for (int row = 0; row == 0 || row + side <= rows; ++row) {
         for (int column = 0; column == 0 || column + side <= columns; ++column) {
             double differences = 0.0;
-            double slopes = least_slope * least_slope * 3 * shift_window * shift_window / square_rows;
+            double slopes = 0.0;
             for (int y = row; y < std::min(row + side, rows); ++y) {
                 for (int x = column; x < std::min(column + side, columns); ++x) {
                     const SquareCell& cell = map.squares[static_cast<std::size_t>(y * columns + x)];
@@ -32,24 +60,15 @@ EdgeShift farthest_shift(const DifferenceMap& map) {
                     slopes += 0.5 * (cell.steps[0] + cell.steps[1]);
                 }
             }
-            if (differences > largest * slopes) {
-                largest = differences / slopes;
-                farthest = {0.0, column * cell_size, row * cell_size};
+            const double shift = std::sqrt(differences / (slopes + least_slopes));
+            shifts.add(shift, slopes);
+            if (shift > farthest.pixels) {
+                farthest = {shift, column * cell_size, row * cell_size};
             }
         }
     }
-    farthest.pixels = std::sqrt(largest);
+    farthest.usual = shifts.usual();
     return farthest;
-}
-
-double mean_shift(const DifferenceMap& map) {
-    double differences = 0.0;
-    double slopes = 0.0;
-    for (const SquareCell& cell : map.squares) {
-        differences += cell.differences;
-        slopes += 0.5 * (cell.steps[0] + cell.steps[1]);
-    }
-    return slopes > 0.0 ? std::sqrt(differences / slopes) : 0.0;
 }
 
 } // namespace diff

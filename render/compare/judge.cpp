@@ -45,29 +45,26 @@ constexpr std::size_t most_clusters = 16;
 /// A cluster is noise that has no more pixels beyond an edge's.
 constexpr int most_noise_pixels = 12;
 
-/// Limits of a lossy pair grow with the mean shift of all edges beyond this [px] ...
-constexpr double usual_loss = 0.3;
+/// Limits grow with the usual shift of all edges beyond this [px] ...
+constexpr double usual_noise = 0.22;
 /// ... up to so many times [-].
 constexpr double most_room = 2.0;
-double room_for_loss(const DifferenceMap& map) {
-    return std::clamp(map.whole_shift.value_or(mean_shift(map)) / usual_loss, 1.0, most_room);
-}
 
 /// Gates of one pair in the making.
 class Findings {
 public:
     Findings(const Picture& reference, const Picture& candidate, const DifferenceMap& map, const Limits& limits)
-        : reference_(reference), candidate_(candidate), map_(map), limits_(limits),
-          room_(limits.is_lossy ? room_for_loss(map) : 1.0), edges_(map, map.whole_raw) {}
+        : reference_(reference), candidate_(candidate), map_(map), limits_(limits), shift_(find_edge_shift(map)),
+          room_(std::clamp(map.whole_shift.value_or(shift_.usual) / usual_noise, 1.0, most_room)),
+          edges_(map, map.whole_raw) {}
 
     std::vector<Gate> gates;
     std::vector<Cluster> clusters;
 
     void find() {
-        const EdgeShift shift = farthest_shift(map_);
-        add(GateId::edge_shift, shift.pixels, "px",
+        add(GateId::edge_shift, shift_.pixels, "px",
             fmt::format("the {0}x{0} pixels at ({1}, {2}) differ as if their edges were moved by {3:.2f} px", shift_window,
-                        shift.x, shift.y, shift.pixels));
+                        shift_.x, shift_.y, shift_.pixels));
         add(GateId::drift, std::abs(map_.drift.mean) * map_.drift.one_sided, "levels",
             fmt::format("pixels differ by {:+.2f} levels on average, {:.0f} % of them one way", map_.drift.mean,
                         50.0 + 50.0 * map_.drift.one_sided));
@@ -243,7 +240,8 @@ private:
     const Picture& candidate_;
     const DifferenceMap& map_;
     const Limits& limits_;
-    double room_; ///< [-] that encoders need
+    EdgeShift shift_;
+    double room_; ///< [-] that the noise of all edges needs
     EdgeNoise edges_;
 };
 
@@ -322,7 +320,7 @@ Limits lossy_limits(const Limits& limits, bool is_jpeg) {
     set(GateId::block_drift, is_jpeg ? 3.2 : 3.6, true);
     set(GateId::sharpness, 16.0, true);
     // JPEG has plain colours up to two levels off, all of a picture the same way.
-    set(GateId::drift, is_jpeg ? 2.2 : 0.3, !is_jpeg);
+    set(GateId::drift, is_jpeg ? 2.2 : 0.45, !is_jpeg);
     return lossy;
 }
 

@@ -26,25 +26,27 @@ inline constexpr std::size_t gate_count = 9;
 /// Limit of a gate that is left out.
 inline constexpr double not_asked = std::numeric_limits<double>::infinity();
 
+inline constexpr const char* default_source = "default";
+
 /// A gate's limit and where it is from.
 struct Limit {
     double value = 0.0;
-    std::string source = "default";
-    bool grows = false; ///< with what encoders have left of a pair's edges
+    std::string source = default_source;
+    bool grows = false; ///< with the noise of all edges
 };
 
 /// Of GateId. README.md in this folder has the pictures that the defaults were chosen by.
 struct Limits {
     std::array<Limit, gate_count> of{
-        {{0.85}, {0.7}, {0.22}, {0.9}, {8.0}, {14.0}, {12.0}, {0.0}, {not_asked}}};
+        {{0.85, default_source, true}, {0.7}, {0.22}, {0.9, default_source, true}, {7.0}, {14.0}, {12.0, default_source, true},
+         {0.0}, {not_asked}}};
 
     bool is_lossy = false; ///< encoders have had their way with one of the pictures, see lossy_limits()
 
     const Limit& operator[](GateId id) const { return of[static_cast<std::size_t>(id)]; }
 };
 
-/// For pairs of films and JPEG files, where no limit was asked for: encoders blur and ring, at every edge, and the more
-/// the smaller the file. Limits that were not asked for grow with that.
+/// For pairs of films and JPEG files, where no limit was asked for: encoders blur and ring at every edge.
 Limits lossy_limits(const Limits& limits, bool is_jpeg);
 
 /// The name used in JSON and by --limit: "spot", "block drift", ...

@@ -232,17 +232,15 @@ bool is_jpeg(const Bytes& bytes) {
     return bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8;
 }
 
-void mask_pair(const Mask& mask, bool is_lossy, PairMemory& memory) {
+void mask_pair(const Mask& mask, PairMemory& memory) {
     clear(memory.unmasked);
     forget_hidden(memory.map);
     if (!mask.is_empty()) {
         memory.unmasked = memory.b;
         apply_mask(mask, memory.a, memory.b);
         measure_hidden(memory.a, memory.unmasked, memory.b, memory.map);
-        if (is_lossy) {
-            measure(memory.a, memory.unmasked, memory.map);
-            memory.map.whole_shift = mean_shift(memory.map);
-        }
+        measure(memory.a, memory.unmasked, memory.map);
+        memory.map.whole_shift = find_edge_shift(memory.map).usual;
     }
 }
 
@@ -250,7 +248,7 @@ void mask_pair(const Mask& mask, bool is_lossy, PairMemory& memory) {
 
 void compare_pictures(const PairSettings& settings, PairMemory& memory, Frame& frame) {
     if (set_sizes(memory, frame)) {
-        mask_pair(settings.mask, settings.is_lossy, memory);
+        mask_pair(settings.mask, memory);
         judge_or_measure(settings, memory, frame);
     }
 }
@@ -293,7 +291,7 @@ void compare_files(const PairPaths& paths, const PairSettings& settings, PairMem
         PairSettings judging = settings;
         judging.is_jpeg = settings.is_jpeg || is_jpeg(memory.file_a) || is_jpeg(memory.file_b);
         judging.is_lossy = settings.is_lossy || judging.is_jpeg;
-        mask_pair(mask_of(paths, settings, memory), judging.is_lossy, memory);
+        mask_pair(mask_of(paths, settings, memory), memory);
         judge_or_measure(judging, memory, frame);
         if (settings.judges && frame.tier == Tier::changed) {
             add_bodies(paths, settings, memory, frame);

@@ -18,6 +18,7 @@ struct Shape {
     double size = 10;      ///< radius or half side; of a wire half its length [px]
     double angle = 0;      ///< [rad]
     std::array<double, 3> color{};
+    double thickness = 0.9; ///< of a wire, half of it [px]
 };
 
 struct Scene {
@@ -91,7 +92,7 @@ inline std::array<double, 3> color_at(const Scene& scene, double x, double y) {
             shade = scene.shade * u / s.size;
             break;
         case Shape::Kind::wire:
-            if (std::abs(u) > s.size || std::abs(v) > 0.9) {
+            if (std::abs(u) > s.size || std::abs(v) > s.thickness) {
                 continue;
             }
             break;

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>
@@ -124,7 +127,7 @@ struct Change {
 const Change changes[] = {
     {"moved by 1 px", nullptr, [](Scene s, std::size_t i) { s.shapes[i].x += 1.0; return paint(s, grid_pattern(2)); }},
     {"moved by 1.5 px aslant", nullptr, [](Scene s, std::size_t i) { s.shapes[i].x += 1.1; s.shapes[i].y += 1.0; return paint(s, grid_pattern(2)); }},
-    {"moved by 3 px", "edge shift", [](Scene s, std::size_t i) { s.shapes[i].y -= 3.0; return paint(s, grid_pattern(2)); }},
+    {"moved by 3 px", nullptr, [](Scene s, std::size_t i) { s.shapes[i].y -= 3.0; return paint(s, grid_pattern(2)); }},
     {"missing", "edge shift", [](Scene s, std::size_t i) { s.shapes.erase(s.shapes.begin() + static_cast<long>(i)); return paint(s, grid_pattern(2)); }},
     {"recoloured", "edge shift", [](Scene s, std::size_t i) { std::swap(s.shapes[i].color[0], s.shapes[i].color[2]); return paint(s, grid_pattern(2)); }},
     {"larger by 2 px", "edge shift", [](Scene s, std::size_t i) { s.shapes[i].size += 2; return paint(s, grid_pattern(2)); }},
@@ -192,6 +195,30 @@ TEST(judge, changes_of_every_kind_are_seen_by_the_gate_meant_for_them) {
             EXPECT_TRUE(is_seen) << change.name << ", scene " << seed << ": " << frame.message;
         }
     }
+}
+
+// Walls of half a pixel are as bright as samples happen to meet them: limits grow where many edges differ.
+TEST(judge, walls_thinner_than_a_pixel_are_noise_and_what_appears_beside_them_is_seen) {
+    Scene scene;
+    scene.shapes.push_back({test::Shape::Kind::box, 160.5, 110, 65, 0, {10, 10, 10}});
+    for (int i = -15; i <= 15; ++i) {
+        scene.shapes.push_back({test::Shape::Kind::wire, 160.5 + 4 * i, 110, 60, std::acos(0.0), {255, 255, 255}, 0.27});
+    }
+    // Each of the two has the brighter walls in one half, so that they are equally sharp.
+    const auto judge_samples = [](const Scene& before, const Scene& after) {
+        Picture a = paint(before, rotated_pattern), b = paint(after, grid_pattern(2));
+        for (std::size_t row = 0; row < a.rgb.size(); row += 960) {
+            const auto middle = static_cast<std::ptrdiff_t>(row + 480);
+            std::swap_ranges(a.rgb.begin() + middle, a.rgb.begin() + middle + 480, b.rgb.begin() + middle);
+        }
+        return judged(a, b);
+    };
+    const diff::Frame noise = judge_samples(scene, scene);
+    EXPECT_GT(noise.gates.at(0).value, diff::Limits()[diff::GateId::edge_shift].value);
+    EXPECT_EQ(noise.tier, Tier::noise) << noise.message;
+    Scene other = scene;
+    other.shapes.push_back({test::Shape::Kind::disc, 60, 120, 4, 0, {220, 60, 50}});
+    EXPECT_EQ(judge_samples(scene, other).tier, Tier::changed);
 }
 
 // Forty pictures in each of which one small thing has moved by a pixel and nothing else differs.

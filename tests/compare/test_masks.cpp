@@ -36,11 +36,10 @@ std::pair<diff::Picture, diff::Picture> random_pair(std::uint32_t seed) {
 
 } // namespace
 
-// Limits of lossy pairs grow with the noise of all edges, hidden or not.
-TEST(masks, limits_of_lossy_pairs_do_not_shrink_where_noise_is_hidden) {
+// Limits grow with the noise of all edges, hidden or not.
+TEST(masks, limits_do_not_shrink_where_noise_is_hidden) {
     const test::Scene scene = test::make_scene(3, 60, 2);
     diff::PairSettings settings;
-    settings.is_lossy = true;
     const auto limit_of = [&settings, &scene] {
         diff::PairMemory memory;
         memory.a = test::paint(scene, test::grid_pattern(2));
