@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 namespace diff {
 
@@ -51,15 +52,16 @@ EdgeShift find_edge_shift(const DifferenceMap& map) {
     Shifts shifts;
     for (int row = 0; row == 0 || row + side <= rows; ++row) {
         for (int column = 0; column == 0 || column + side <= columns; ++column) {
-            double differences = 0.0;
-            double slopes = 0.0;
+            std::uint32_t differences = 0;
+            std::uint32_t steps = 0; // of both pictures
             for (int y = row; y < std::min(row + side, rows); ++y) {
                 for (int x = column; x < std::min(column + side, columns); ++x) {
                     const SquareCell& cell = map.squares[static_cast<std::size_t>(y * columns + x)];
                     differences += cell.differences;
-                    slopes += 0.5 * (cell.steps[0] + cell.steps[1]);
+                    steps += cell.steps[0] + cell.steps[1];
                 }
             }
+            const double slopes = 0.5 * steps;
             const double shift = std::sqrt(differences / (slopes + least_slopes));
             shifts.add(shift, slopes);
             if (shift > farthest.pixels) {
