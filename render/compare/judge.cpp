@@ -29,6 +29,9 @@ constexpr double least_explained_of_large = 0.4;
 constexpr std::int64_t large_cluster_pixels = 100;
 /// Of lossy pairs, where encoders' noise makes clusters that some shift explains half: so much of a large one.
 constexpr double least_explained_of_lossy = 0.88;
+/// Where something has moved far, edges differ more than their limit: beyond so many times it, a shift of a pair that holds
+/// all other gates is chance, where a pattern repeats.
+constexpr double most_unseen = 1.8;
 bool is_explained(const Area& area, const Displacement& u, bool is_lossy) {
     if (is_lossy) {
         return area.pixels >= large_cluster_pixels && u.explained >= least_explained_of_lossy;
@@ -131,8 +134,8 @@ private:
     /// Clusters, and the farthest shift that explains one of them, or one of its parts.
     void add_displacement() {
         std::vector<Area> areas = find_areas(map_, cluster_levels);
-        // Far shifts exceed the edge shift: of a pair that holds it they are chance, where a pattern repeats.
         const int reach = is_exceeded() ? search_reach : 0;
+        const double most = is_exceeded() ? not_asked : most_unseen * gates.front().limit;
         std::size_t fits_left = is_exceeded() ? most_fits_if_changed : most_fits;
         Displacement farthest;
         Box place;
@@ -141,7 +144,8 @@ private:
             const Displacement forth = fit_displacement(map_, area, reach);
             const Displacement back = fit_backwards(map_, area, reach);
             for (const Displacement& u : {forth, back}) {
-                if (is_explained(area, u, limits_.is_lossy) && std::hypot(u.x, u.y) > std::hypot(farthest.x, farthest.y)) {
+                const double length = std::hypot(u.x, u.y);
+                if (is_explained(area, u, limits_.is_lossy) && length <= most && length > std::hypot(farthest.x, farthest.y)) {
                     farthest = u;
                     place = area.box;
                 }

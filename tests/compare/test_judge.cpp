@@ -221,6 +221,18 @@ TEST(judge, walls_thinner_than_a_pixel_are_noise_and_what_appears_beside_them_is
     EXPECT_EQ(judge_samples(scene, other).tier, Tier::changed);
 }
 
+// Far away the floor's pattern is as small as pixels: other samples make another pattern of it, which some shift explains.
+TEST(judge, a_pattern_that_repeats_and_is_drawn_with_other_samples_has_not_moved) {
+    Scene scene;
+    scene.width = 1200;
+    scene.height = 90;
+    for (int i = 0; i < 100; ++i) {
+        scene.shapes.push_back({test::Shape::Kind::box, 12.0 * i + 6.0, 20, 4, 0.3, {30, 30, 40}});
+    }
+    const diff::Frame frame = judged(paint(scene, grid_pattern(2)), paint(scene, rotated_pattern));
+    EXPECT_EQ(frame.tier, Tier::noise) << frame.message;
+}
+
 // Forty pictures in each of which one small thing has moved by a pixel and nothing else differs.
 TEST(judge, a_small_thing_moved_by_a_pixel_is_seen_where_the_edges_elsewhere_are_as_they_were) {
     int missed = 0;
