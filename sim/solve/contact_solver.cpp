@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace sim {
 namespace {
@@ -26,10 +27,6 @@ constexpr double limit_rounding = 1e-9;
 /// Within this share [-] of the tolerance a gap is left as it is: closing it would need a velocity, which the next step has to
 /// take away again, and no tower rests on such.
 constexpr double soft_band = 0.5;
-
-/// The impulses of an interval are no guess at those of one so many times [-] as long: next to an impact they stop what
-/// approaches slowly, rather than carry a load.
-constexpr double largest_stretch = 100.0;
 
 /// A speculative impact is passed on by contacts whose impulse exceeds this many times [-] the last step's force, and the weight.
 /// What the bodies that it reaches feel beyond these answers it and is no force. Elsewhere all impulses are: of a load that only
@@ -70,14 +67,13 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
               .band = soft_band * settings.tolerance,
               .step_share = step_share,
               .velocity_tolerance = settings.velocity_tolerance,
-              .largest_stretch = largest_stretch,
               .largest_growth = largest_growth,
               .limit = 1.0 - limit_rounding,
               .slip_tolerance = iteration_share * settings.tolerance,
               .gravity = {gravity.x(), gravity.y(), gravity.z()},
               .weight = gravity.norm(),
               .warm_start = settings.warm_start,
-              .is_doubtful = has_doubtful_memory_};
+              .is_doubtful = memory_interval_ == 0.0};
 }
 
 void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
@@ -100,16 +96,13 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     std::ranges::sort(to_.solved);
     to_.move_others(bodies, contacts_.loop.workers);
     contacts_.begin(bodies, pairs, settings, rules_, to_);
-    if (rules_.is_doubtful) {
-        scale_warm_start(bodies, pairs);
-    }
+    is_stretched_ = h > memory_interval_;
 }
 
 /// Impulses p minimise p.A p / 2 + b.p where they converge: the share s of a guess p is best at 1 - p.r / p.A p, where r is
 /// how much faster than their targets the contacts part with all of it, and p.A p twice the kinetic energy of what it changes.
-void ContactSolver::scale_warm_start(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
-    to_.update(bodies, contacts_.loop.workers);
-    GapMeasure{bodies, pairs, settings_, to_, contacts_}.all();
+/// Returns whether less than all was nearer.
+bool ContactSolver::scale_warm_start(const Bodies& bodies) {
     double work = 0.0; // p.r [J]
     for (const Block& block : contacts_.loop.blocks) {
         const BlockBatch& batch = contacts_.loop.batch_of(block);
@@ -131,13 +124,15 @@ void ContactSolver::scale_warm_start(const Bodies& bodies, const std::vector<Pai
     }
     const double share = std::clamp(1.0 - work / energy, 0.0, 1.0);
     if (!(energy > 0.0) || share > 0.5) {
-        return; // all of it is nearer than none
+        return false; // all of it is nearer than none
     }
     for (const std::size_t i : to_.solved) {
         to_.velocity[i].v = bodies.velocity[i].v + share * (to_.velocity[i].v - bodies.velocity[i].v);
         to_.velocity[i].w = bodies.velocity[i].w + share * (to_.velocity[i].w - bodies.velocity[i].w);
     }
     contacts_.scale(share);
+    to_.update(bodies, contacts_.loop.workers);
+    return true;
 }
 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
@@ -183,6 +178,9 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     for (int outer = 0; outer < outer_limit && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
         report.residual = outer == 0 ? measure.all() : measure.again(measured_);
+        if (std::exchange(is_stretched_, false) && report.residual > gap_tolerance && scale_warm_start(bodies)) {
+            report.residual = measure.all();
+        }
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
         if (outer > 0 && report.residual <= accepted_share * gap_tolerance &&
@@ -213,7 +211,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
 
 void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs,
                                    std::span<Joint> joints) {
-    has_doubtful_memory_ = !converged_;
+    memory_interval_ = converged_ ? rules_.h : 0.0;
     contacts_.store(bodies, pairs, to_.velocity);
     joint_before_ = joint_weight_;
     const auto is_hit = [&](const Joint& joint) { return contacts_.is_hit(joint.a) || contacts_.is_hit(joint.b); };

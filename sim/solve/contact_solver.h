@@ -72,12 +72,12 @@ private:
         archive(solver.at_node_);
         archive(solver.to_.pose);
         archive(solver.joints_.mode());
-        archive(solver.has_doubtful_memory_);
+        archive(solver.memory_interval_);
     }
 
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
-    void scale_warm_start(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    bool scale_warm_start(const Bodies& bodies);
     int iterate(int budget, bool& converged);
 
     StepSettings settings_;
@@ -92,7 +92,8 @@ private:
     std::vector<Velocity> measured_;   ///< those of the first measurement of this solve
     std::vector<Velocity> at_node_;    ///< memory of find_velocity_at_node()
     bool converged_ = true;            ///< the last solve
-    bool has_doubtful_memory_ = false; ///< what was stored last is of a solve that did not converge
+    bool is_stretched_ = false;        ///< impulses are guessed from those of a shorter interval, or of a solve that did not converge
+    double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };
 
 } // namespace sim

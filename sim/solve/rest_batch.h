@@ -41,7 +41,6 @@ struct RestRules {
     double band = 0.0;               ///< [m] see soft_band
     double step_share = 1.0;         ///< h as a share of a whole step [-]
     double velocity_tolerance = 0.0; ///< [m/s]
-    double largest_stretch = 0.0;
     double largest_growth = 0.0;
     double limit = 0.0;              ///< [-] friction beyond this share of mu p_n is at its limit
     double slip_tolerance = 0.0;     ///< [m]

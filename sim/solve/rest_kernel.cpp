@@ -105,11 +105,10 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         store(r.gap_target, select(gap <= rules.band, gap + rules.step_share * (after_step - gap), zero));
         const Mask loaded = here & (memory.p_n > 0.0);
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
-        const Real scale = select(stretch <= rules.largest_stretch, stretch, zero);
-        store(r.load, scale * memory.force_share * memory.p_n);
+        store(r.load, stretch * memory.force_share * memory.p_n);
         const Mask warm = rules.warm_start ? loaded : nowhere();
         // Warm start.
-        const Real started = select(warm, scale, zero);
+        const Real started = select(warm, stretch, zero);
         store(points[k].p_n, started * memory.p_n);
         store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
         store(points[k].p_t[1], started * dot(memory.p_t, f.t2));
