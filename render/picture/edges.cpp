@@ -308,6 +308,9 @@ private:
         const auto [z0, z1] = std::minmax(band.lower.y, band.upper.y);
         Float4 nearest = none;
         const Int4 has_root = (d >= all(0.0f)) & (a != all(0.0f));
+        if (!any(has_root)) {
+            return none;
+        }
         const Float4 far_root = root(chosen(has_root, d, all(0.0f)));
         for (const Float4& sum : {-b - far_root, -b + far_root}) {
             const Float4 t = sum / a;
@@ -317,8 +320,6 @@ private:
         }
         return nearest;
     }
-
-    static Float4 root(Float4 x) { return Float4{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])}; }
 
     glm::mat3 window_;
     glm::vec3 eye_;
