@@ -20,6 +20,10 @@ constexpr double spacing_in_views = 0.002;
 constexpr double spacing_on_body = 0.01;
 /// A contact that moves farther in one go, in distances from the body's centre, is another contact.
 constexpr double largest_jump = 0.3;
+/// Pieces of a contact path that belong together are no farther apart in time [s], and in distance from the body's
+/// centre by no larger share.
+constexpr double longest_hop = 0.05;
+constexpr double largest_climb = 0.1;
 
 /// Adds a point to a path. The last point is always the present one: it is moved until it lies `spacing` from
 /// the one before.
@@ -42,6 +46,15 @@ void extend(Curve& curve, const CurvePoint& point, double spacing) {
 }
 
 } // namespace
+
+bool is_hop(const Path& from, const Path& to) {
+    if (from.empty() || to.empty() || to.front().time - from.back().time > longest_hop) {
+        return false;
+    }
+    const double a = from.back().at.norm();
+    const double b = to.front().at.norm();
+    return std::abs(a - b) <= largest_climb * std::max(a, b);
+}
 
 Energies energies(const sim::SceneDef& scene, const sim::Snapshot& snapshot) {
     const sim::Mechanics all = sim::mechanics(scene, snapshot);

@@ -30,6 +30,10 @@ struct ContactPath {
     std::vector<Path> in_world;
 };
 
+/// Whether two pieces of a contact path on the body belong together: the body hopped. Not if the contact went to
+/// another part of it, nearer its centre or farther away, where a line between them would leave the body.
+bool is_hop(const Path& from, const Path& to);
+
 /// What is remembered at one instant. A path ends at that instant.
 struct Notes {
     std::vector<std::vector<Curve>> plots; ///< [plots] curves of each, as plot_values has them

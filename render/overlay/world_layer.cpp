@@ -22,8 +22,7 @@ constexpr double normal_in_views = 0.022;
 constexpr double arrow_in_views = 0.05;
 /// Opacity of what lies behind bodies.
 constexpr float hidden_alpha = 0.3f;
-/// [s] Pieces of a contact path that are no farther apart belong together: the body hopped. A faint line joins them.
-constexpr double longest_hop = 0.05;
+/// Of the line that joins pieces of a contact path: is_hop().
 constexpr float hop_alpha = 0.45f;
 constexpr int hop_points = 9;
 /// Steps in which trails fade.
@@ -41,10 +40,6 @@ constexpr glm::vec3 path_in_world_color(0.95f, 0.96f, 1.0f);
 
 glm::vec3 vec3_of(const Eigen::Vector3f& v) {
     return {v.x(), v.y(), v.z()};
-}
-
-bool is_hop(const Path& from, const Path& to) {
-    return !from.empty() && !to.empty() && to.front().time - from.back().time <= longest_hop;
 }
 
 /// From the end of a piece to the beginning of the next, on a ball about the origin.
@@ -235,7 +230,7 @@ void WorldLayer::draw_paths(Canvas& canvas, const Projection& projection, const 
                 points.push_back(to_glm(point.at));
             }
             projection.stroke(canvas, points, in_world, full);
-            if (i > 0 && is_hop(path.in_world[i - 1], path.in_world[i])) {
+            if (i > 0 && is_hop(path.on_body[i - 1], path.on_body[i])) {
                 points = {to_glm(path.in_world[i - 1].back().at), to_glm(path.in_world[i].front().at)};
                 projection.stroke(canvas, points, in_world, faint);
             }

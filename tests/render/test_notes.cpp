@@ -178,6 +178,14 @@ TEST(plot, ticks_are_round_and_ranges_hold_their_values) {
     EXPECT_EQ(tick_text(2e6, 1e6), "2e+06");
 }
 
+TEST(notes, a_hop_is_short_and_stays_on_the_body) {
+    const Path from{{1.0, {0, 0, -1}}};
+    EXPECT_TRUE(is_hop(from, {{1.02, {1.05, 0, 0}}}));
+    EXPECT_FALSE(is_hop(from, {{1.2, {1.05, 0, 0}}})) << "too long";
+    EXPECT_FALSE(is_hop(from, {{1.02, {1.5, 0, 0}}})) << "from a top's ball to its stem";
+    EXPECT_FALSE(is_hop(from, {}));
+}
+
 TEST(notes, of_several_contacts_the_strongest_is_followed) {
     sim::SceneDef scene = ball_scene();
     sample::show(scene, sim::Shown::contact_paths);
