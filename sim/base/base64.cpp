@@ -7,7 +7,7 @@ namespace sim {
 
 namespace {
 
-constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+constexpr std::string_view base64_digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 constexpr std::size_t group_bytes = 3; ///< in four letters
 
 } // namespace
@@ -22,7 +22,7 @@ std::string base64(std::string_view bytes) {
             group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0u);
         }
         for (std::size_t k = 0; k < 4; ++k) {
-            text += k <= count ? digits[group >> (18 - 6 * k) & 63] : '=';
+            text += k <= count ? base64_digits[group >> (18 - 6 * k) & 63] : '=';
         }
     }
     return text;
@@ -39,7 +39,7 @@ std::optional<std::string> bytes_of_base64(std::string_view text) {
         std::uint32_t group = 0;
         for (std::size_t k = 0; k < 4; ++k) {
             const bool is_padding = i + k >= text.size() - padding;
-            const std::size_t digit = is_padding ? 0 : digits.find(text[i + k]);
+            const std::size_t digit = is_padding ? 0 : base64_digits.find(text[i + k]);
             if (digit == std::string_view::npos) {
                 return {};
             }
