@@ -1,5 +1,7 @@
 #include "tests/page/browser.h"
 
+#include "sim/base/base64.h"
+
 #include <httplib.h>
 
 #include <chrono>
@@ -49,26 +51,6 @@ std::pair<int, int> start_driver(const std::filesystem::path& log) {
         throw std::runtime_error("chromedriver does not start; is chromium-driver installed?");
     }
     return {id, port};
-}
-
-std::string decode_base64(std::string_view text) {
-    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string bytes;
-    unsigned bits = 0;
-    int count = 0;
-    for (const char c : text) {
-        const std::size_t digit = digits.find(c);
-        if (digit == std::string_view::npos) {
-            continue;
-        }
-        bits = bits << 6 | static_cast<unsigned>(digit);
-        count += 6;
-        if (count >= 8) {
-            count -= 8;
-            bytes += static_cast<char>(bits >> count & 255);
-        }
-    }
-    return bytes;
 }
 
 Json pointer(const char* type, double x, double y, int duration = 0) {
@@ -264,7 +246,7 @@ void Browser::pinch(const std::string& selector, double x, double y, double spre
 
 void Browser::screenshot(const std::filesystem::path& path) {
     std::ofstream(path, std::ios::binary)
-        << decode_base64(send("GET", session_ + "/screenshot").get<std::string>());
+        << sim::bytes_of_base64(send("GET", session_ + "/screenshot").get<std::string>()).value();
 }
 
 std::string Browser::errors() {
