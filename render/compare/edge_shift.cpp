@@ -23,7 +23,7 @@ public:
     }
 
     double usual() const {
-        constexpr double share = 0.9;
+        constexpr double share = 0.9; // [-] of the edges
         double below = 0.0;
         std::size_t i = 0;
         while (i < bins_.size() && below + bins_[i] <= share * sum_) {

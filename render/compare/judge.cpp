@@ -29,9 +29,10 @@ constexpr double least_explained_of_large = 0.4;
 constexpr std::int64_t large_cluster_pixels = 100;
 /// Of lossy pairs, where encoders' noise makes clusters that some shift explains half: so much of a large one.
 constexpr double least_explained_of_lossy = 0.88;
-/// Where something has moved far, edges differ more than their limit: beyond so many times it, a shift of a pair that holds
-/// all other gates is chance, where a pattern repeats.
+/// Where something has moved far, edges differ more than their limit: beyond so many times it [-], a shift of a pair that
+/// holds all other gates is chance, where a pattern repeats.
 constexpr double most_unseen = 1.8;
+
 bool is_explained(const Area& area, const Displacement& u, bool is_lossy) {
     if (is_lossy) {
         return area.pixels >= large_cluster_pixels && u.explained >= least_explained_of_lossy;

@@ -248,11 +248,15 @@ void Blocks::make_batches(const std::vector<Place>& places) {
     points.resize(point_count);
 }
 
-void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {
+void Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
     islands_.clear();
     reset_bodies(bodies, first_block);
-    const std::size_t first_batch = batches.size();
     make_batches(coloured(bodies, first_block));
+}
+
+void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {
+    const std::size_t first_batch = batches.size();
+    lay_out(bodies, first_block);
     share(batches.size() - first_batch, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first_batch + first; i < first_batch + last; ++i) {
             fill_batch(i, bodies, velocity);
@@ -260,7 +264,6 @@ void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<co
     });
 }
 
-/// Puts what does not change while it is iterated into batch i.
 void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity) {
     static const ContactGeometry nowhere;
     const double* at[block_size * lane_count];

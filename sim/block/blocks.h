@@ -171,8 +171,12 @@ public:
     /// are there already. like: bodies, pair and friction.
     void split(std::size_t place, std::size_t first, std::size_t last, const Block& like);
 
-    /// Makes batches of the blocks from `first_block` on and fills in what does not change while they are iterated;
-    /// impulses are zero, targets unset. velocity: before any impulse of this solve.
+    /// Makes batches of the blocks from `first_block` on, which are to be filled.
+    void lay_out(const Bodies& bodies, std::size_t first_block);
+    /// Puts into batch i what does not change while it is iterated; impulses are zero, targets unset. velocity: before any
+    /// impulse of this solve.
+    void fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity);
+    /// Both.
     void arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity);
 
     /// Takes a block out of the solve, with its impulses.
@@ -225,7 +229,6 @@ private:
     void reset_bodies(const Bodies& bodies, std::size_t first_block);
     std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
     void make_batches(const std::vector<Place>& places);
-    void fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity);
     void extrapolate(std::span<Velocity> velocity);
     void find_islands();
     bool solve_stalled(std::span<Velocity> velocity);

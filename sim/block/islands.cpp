@@ -178,11 +178,8 @@ bool Blocks::solve_stalled(std::span<Velocity> velocity) {
             all = false;
             continue;
         }
-        if (sliding_share(*this, island) > most_sliding) {
-            all = false;
-            continue;
-        }
-        if (!island.resists && island.is_small) {
+        const bool is_tried = !island.resists && island.is_small && sliding_share(*this, island) <= most_sliding;
+        if (is_tried) {
             if (next_compliance(island, velocity)) {
                 newton_.step(*this, island, rows_, velocity);
             }
@@ -191,7 +188,7 @@ bool Blocks::solve_stalled(std::span<Velocity> velocity) {
                 batch_of(block).seen_a.x[lane_of(block)] = -1.0;
             }
         }
-        all = all && !island.resists && island.is_small;
+        all = all && is_tried && !island.resists;
     }
     return all;
 }

@@ -46,7 +46,7 @@ double sliding_share(const Blocks& loop, const Island& island) {
     double sliding = 0.0;
     for (const int i : island.blocks) {
         const Block& block = loop.blocks[static_cast<std::size_t>(i)];
-        const BlockBatch& batch = loop.batches[static_cast<std::size_t>(block.lane) / lane_count];
+        const BlockBatch& batch = loop.batch_of(block);
         for (const BatchPoint& in_lanes : loop.points_of(batch)) {
             const LanePoint point(in_lanes, Blocks::lane_of(block));
             load += point.p_n;

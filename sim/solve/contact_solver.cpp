@@ -33,13 +33,9 @@ constexpr double soft_band = 0.5;
 /// moves from one contact to another, what counts and what does not must balance, or bodies at rest would be told to approach.
 constexpr double largest_growth = 2.0;
 
-/// Where a loose tolerance is met, sweeps go on, so many at most, until the changes are this share [-] of the first
-/// one, or slower than this [m/s], a tenth of what counts as rest: a heap comes to rest over the steps, at little cost.
-constexpr int settling_sweeps = 8;
-constexpr double settling_share = 0.1;
+/// Blocks are passed over whose bodies changed by less than skip_share of the tolerance, but by no more than this [m/s], a tenth
+/// of what counts as rest, or this share [-] of the change of the sweep before.
 constexpr double settled_change = 1e-5;
-
-/// And less than this share [-] of the change of the sweep before; see skip_share.
 constexpr double last_share = 0.05;
 
 /// The gap errors left by one linear solve may be this share [-] of the tolerance before it is repeated at
@@ -147,21 +143,14 @@ int ContactSolver::iterate(int budget, bool& converged) {
     const double joint_tolerance = part_of(settings_.joint_tolerance) / rules_.h;
     const bool has_joints = !joints_.empty();
     int count = 0;
-    double last = std::numeric_limits<double>::infinity();    // [m/s] change of the sweep before
-    double settled = std::numeric_limits<double>::infinity(); // [m/s], once the first sweep has told
+    double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
     contacts_.loop.wake();
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = has_joints ? joints_.solve(to_.velocity) : 0.0;
         const double skip =
             has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
         last = contacts_.loop.sweep(to_.velocity, skip, slack_share * tolerance);
-        settled = count == 0 ? std::max(settling_share * last, settled_change) : settled;
-        converged = last <= tolerance;
-        if (converged && last > settled && settling_ < settling_sweeps) {
-            ++settling_;
-            converged = false;
-        }
-        converged = converged || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
+        converged = last <= tolerance || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
         converged = converged && (contacts_.loop.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
     }
     return count;
@@ -171,7 +160,6 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
     to_.update(bodies, contacts_.loop.workers);
-    settling_ = 0;
     const GapMeasure measure{bodies, pairs, settings_, to_, contacts_};
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);

@@ -83,7 +83,6 @@ private:
     StepSettings settings_;
     RestRules rules_;
     double iteration_tolerance_ = 0.0; ///< [m/s]
-    int settling_ = 0;                 ///< sweeps beyond the tolerance in this solve
     RestingContacts contacts_;
     JointSolver joints_;
     std::vector<double> joint_weight_; ///< [joint_count]

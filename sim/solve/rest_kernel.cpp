@@ -107,8 +107,8 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
         store(r.load, stretch * memory.force_share * memory.p_n);
         const Mask warm = rules.warm_start ? loaded : nowhere();
-        // Warm start.
-        const Real started = select(warm, stretch, zero);
+        // Warm start with what was a force: what answered an impact does not act again.
+        const Real started = select(warm, stretch * memory.force_share, zero);
         store(points[k].p_n, started * memory.p_n);
         store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
         store(points[k].p_t[1], started * dot(memory.p_t, f.t2));

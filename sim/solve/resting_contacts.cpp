@@ -117,11 +117,12 @@ void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pai
         return;
     }
     const std::size_t first_batch = loop.batches.size();
-    loop.arrange(bodies, first_block, bodies.velocity);
+    loop.lay_out(bodies, first_block);
     rest_points.resize(loop.points.size());
     rest_blocks.resize(loop.batches.size());
     loop.share(loop.batches.size() - first_batch, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first_batch + first; i < first_batch + last; ++i) {
+            loop.fill_batch(i, bodies, bodies.velocity);
             start_batch(bodies, pairs, i, to);
         }
     });

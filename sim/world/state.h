@@ -58,6 +58,7 @@ struct WorldState {
     void check_places_of(std::span<const std::size_t> released) const;
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);
+    void touch_loaded(std::span<char> touched) const;
     void restart(std::span<const char> touched);
     double intervals_for_spin() const;
     double intervals_for_joints() const;

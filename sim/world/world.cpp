@@ -200,8 +200,8 @@ void WorldState::find_contacts(StepReport& report) {
     report.manifolds = static_cast<int>(search.pairs.size());
 }
 
-/// Collisions act on the velocities of the instant: those before the resting impulses plus what they lack. A
-/// body in a collision keeps that velocity, and its motion restarts there.
+/// Collisions act on the velocities of the instant: those before the resting impulses plus what they lack. The bodies of a
+/// collision, and all that loads connect with them, keep that velocity, and their motion restarts there.
 void WorldState::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
     after_collisions = bodies.velocity;
@@ -211,11 +211,12 @@ void WorldState::resolve_collisions(StepReport& report) {
     const std::vector<Velocity> before = after_collisions;
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
     collision_solver.most_sweeps = work_left();
-    const CollisionReport result = collision_solver.resolve(bodies, search.pairs, joints, settings, after_collisions);
-    const std::vector<char>& touched = result.touched;
+    CollisionReport result = collision_solver.resolve(bodies, search.pairs, joints, settings, after_collisions);
+    std::vector<char>& touched = result.touched;
     energy.add_work(result.drive_work);
     work_done += result.iterations + sweeps_to_arrange * result.passes;
     if (result.collisions > 0) {
+        touch_loaded(touched);
         if (has_drives) {
             const std::vector<Velocity> kinematic = kinematic_velocity(bodies);
             energy.add_work(half_kick_work(bodies, search.pairs, touched, kinematic) +
@@ -237,6 +238,28 @@ void WorldState::resolve_collisions(StepReport& report) {
     report.collision_iterations += result.iterations;
     if (!result.converged) {
         fall_short(report, result.unsettled);
+    }
+}
+
+/// An impact changes the loads of all bodies that loads connect with it. What acted before the instant is the last interval's
+/// for each of their contacts alike, or bodies between two contacts would be told a velocity that they never have.
+void WorldState::touch_loaded(std::span<char> touched) const {
+    std::vector<BodyPair> loaded;
+    for (const PairContacts& pair : search.pairs) {
+        const BodyPair of{pair.manifold.body_a, pair.manifold.body_b};
+        const bool is_between = !bodies.props[static_cast<std::size_t>(of.a)].is_static() &&
+                                !bodies.props[static_cast<std::size_t>(of.b)].is_static();
+        if (is_between && !pair.owed_impulse.isZero(0.0)) {
+            loaded.push_back(of);
+        }
+    }
+    for (bool spreads = true; std::exchange(spreads, false);) {
+        for (const BodyPair& pair : loaded) {
+            char& a = touched[static_cast<std::size_t>(pair.a)];
+            char& b = touched[static_cast<std::size_t>(pair.b)];
+            spreads = spreads || a != b;
+            a = b = a != 0 || b != 0 ? 1 : 0;
+        }
     }
 }
 

@@ -37,6 +37,15 @@ TEST(law_energy, no_film_gains_any) {
     }
 }
 
+/// What lands on a pan that a joint holds: no velocity is told beside its impacts that no body ever has, whatever their times.
+TEST(law_energy, what_lands_on_a_spring_gains_none_at_neighbouring_steps) {
+    for (const auto& [per_second, duration] : {std::pair{1010, 1.6}, std::pair{1020, 1.8}}) {
+        sim::SceneDef scene = film("gate");
+        scene.step.time_step = {1, per_second};
+        judge(fmt::format("film gate, 1/{} s", per_second), scene, duration);
+    }
+}
+
 /// A body that rolls on a ball with its centre of mass off the ball's gains at long steps: the run says how much. Here it is
 /// computed anew from positions and velocities.
 TEST(law_energy, what_a_rolling_top_gains_at_long_steps_is_told) {
