@@ -20,6 +20,7 @@ inline constexpr int parts = lane_count / width;
 using Part = double __attribute__((vector_size(8 * width)));
 using PartMask = long long __attribute__((vector_size(8 * width))); ///< all bits of a lane set: true
 using PartInMemory = Part __attribute__((may_alias));
+using PartAnywhere = Part __attribute__((may_alias, aligned(8))); ///< aligned to one number only
 
 /// One number a lane.
 struct Real {
@@ -37,9 +38,7 @@ LANES_INLINE Real load(const double* from) {
     }
     return r;
 }
-/// From an address that is aligned to one number only.
 LANES_INLINE Real load_anywhere(const double* from) {
-    using PartAnywhere = Part __attribute__((may_alias, aligned(8)));
     Real r;
     for (int i = 0; i < parts; ++i) {
         r.p[i] = *reinterpret_cast<const PartAnywhere*>(from + width * i);
@@ -49,6 +48,11 @@ LANES_INLINE Real load_anywhere(const double* from) {
 LANES_INLINE void store(double* to, const Real& x) {
     for (int i = 0; i < parts; ++i) {
         *reinterpret_cast<PartInMemory*>(to + width * i) = x.p[i];
+    }
+}
+LANES_INLINE void store_anywhere(double* to, const Real& x) {
+    for (int i = 0; i < parts; ++i) {
+        *reinterpret_cast<PartAnywhere*>(to + width * i) = x.p[i];
     }
 }
 LANES_INLINE Real load(const Lanes& from) {

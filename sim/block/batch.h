@@ -33,6 +33,10 @@ struct BatchPoint {
     Lanes p_n;           ///< sum of the normal impulses [N s]
     Lanes p_t[2];        ///< sum of the friction impulses [N s]
     unsigned there = 0;  ///< bit l: lane l has this point
+    // Of resting contacts; here, as a row of 64 bytes has room for them.
+    unsigned edges = 0;   ///< bit l: crossing edges touch there
+    unsigned ahead = 0;   ///< bit l: speculative, placed before its impact
+    unsigned closing = 0; ///< bit l: an impact: without impulses its gap would close in this interval
 };
 
 /// Eight blocks in lanes. The frame of a block: t_1, t_2, n at the mean contact point, in the plane of the contact that

@@ -1,5 +1,7 @@
 #include "sim/block/blocks.h"
 
+#include "sim/base/grow.h"
+
 #include <algorithm>
 #include <atomic>
 #include <bit>
@@ -35,8 +37,8 @@ double combined(double x, double y) {
 const Vec3& normal_of(const Contact& contact) {
     return contact.at.n;
 }
-const Vec3& normal_of(const BlockContact& contact) {
-    return contact.contact->at.n;
+const Vec3& normal_of(const Contact* contact) {
+    return contact->at.n;
 }
 
 /// Length of the block that begins with the first of these contacts.
@@ -132,7 +134,7 @@ PairMaterial pair_material(const BodyProps& a, const BodyProps& b) {
 std::size_t block_count(std::span<const Contact> contacts) {
     return count_blocks(contacts);
 }
-std::size_t block_count(std::span<const BlockContact> contacts) {
+std::size_t block_count(std::span<const Contact* const> contacts) {
     return count_blocks(contacts);
 }
 
@@ -145,7 +147,7 @@ void Blocks::clear() {
 }
 
 void Blocks::split(std::size_t place, std::size_t first, std::size_t last, const Block& like) {
-    std::span<const BlockContact> left = std::span(contacts).subspan(first, last - first);
+    std::span<const Contact* const> left = std::span(contacts).subspan(first, last - first);
     for (; !left.empty(); ++place) {
         const std::size_t length = block_length(left);
         blocks[place] = like;
@@ -205,6 +207,16 @@ std::vector<Blocks::Place> Blocks::coloured(const Bodies& bodies, std::size_t fi
     return sorted_by(places, [](const Place& p) { return 16 * p.colour + p.count; });
 }
 
+/// The end of the batch that begins with the first of these places.
+std::size_t Blocks::end_of_batch(const std::vector<Place>& places, std::size_t first) {
+    std::size_t end = first;
+    while (end < places.size() && end - first < lane_count && places[end].colour == places[first].colour &&
+           places[end].count == places[first].count) {
+        ++end;
+    }
+    return end;
+}
+
 /// Fills batches with blocks of one colour and like size; those of a colour in an order that gives threads equal shares of
 /// large and small ones.
 void Blocks::make_batches(const std::vector<Place>& places) {
@@ -214,6 +226,11 @@ void Blocks::make_batches(const std::vector<Place>& places) {
     };
     std::vector<Run> of_colour;
     std::size_t point_count = points.size();
+    std::size_t batch_count = batches.size();
+    for (std::size_t first = 0; first < places.size(); first = end_of_batch(places, first)) {
+        ++batch_count;
+    }
+    make_room(batches, batch_count);
     const auto add_batch = [&](const Run& run) {
         BlockBatch& batch = batches.emplace_back();
         batch.count = places[run.first].count;
@@ -232,10 +249,7 @@ void Blocks::make_batches(const std::vector<Place>& places) {
         const int colour = places[first].colour;
         while (first < places.size() && places[first].colour == colour) {
             const std::size_t begin = first;
-            while (first < places.size() && first - begin < lane_count && places[first].colour == colour &&
-                   places[first].count == places[begin].count) {
-                ++first;
-            }
+            first = end_of_batch(places, begin);
             of_colour.push_back({begin, first - begin});
         }
         for (std::size_t share = 0; share < equal_shares; ++share) {
@@ -245,7 +259,7 @@ void Blocks::make_batches(const std::vector<Place>& places) {
         }
         colours_.push_back(batches.size());
     }
-    points.resize(point_count);
+    grow(points, point_count);
 }
 
 void Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
@@ -284,7 +298,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
             continue;
         }
         const Block& block = blocks[static_cast<std::size_t>(batch.block[lane])];
-        const std::span<const BlockContact> from = contacts_of(block);
+        const std::span<const Contact* const> from = contacts_of(block);
         const unsigned bit = 1u << lane;
         batch.a[lane] = block.a;
         batch.b[lane] = block.b;
@@ -292,13 +306,13 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
         batch.moves_b |= bodies.props[static_cast<std::size_t>(block.b)].is_static() ? 0u : bit;
         batch.has_friction = batch.has_friction || block.has_friction();
         batch.mu.x[lane] = block.mu_d;
-        const ContactFeature& feature = from[0].contact->feature;
+        const ContactFeature& feature = from[0]->feature;
         const bool of_a = feature.kind == FeatureKind::face_a;
         batch.face_of_a |= of_a ? bit : 0u;
         batch.flat |= (of_a || feature.kind == FeatureKind::face_b) && !is_curved(feature) ? bit : 0u;
         for (std::size_t k = 0; k < own.size(); ++k) {
             const bool is_there = k < from.size();
-            at[lane_count * k + lane] = is_there ? &from[k].contact->at.gap : &nowhere.gap;
+            at[lane_count * k + lane] = is_there ? &from[k]->at.gap : &nowhere.gap;
             own[k].there |= is_there ? bit : 0u;
         }
     }
@@ -333,6 +347,9 @@ void Blocks::wake() {
             activity_[static_cast<std::size_t>(batch.a[lane])] = activity_[static_cast<std::size_t>(batch.b[lane])] = 0.0;
         }
     }
+    if (extrapolated_.empty()) {
+        std::vector<ExtrapolatedPoint>().swap(extrapolated_); // the solve before went without: a heap at rest needs none
+    }
     extrapolated_.clear();
     extrapolation_.begin();
     sweeps_ = 0;
@@ -348,6 +365,7 @@ void Blocks::wake() {
 /// Repeats a share of what the last sweep did, or begins to watch what sweeps do.
 void Blocks::extrapolate(std::span<Velocity> velocity) {
     if (extrapolated_.empty()) {
+        make_room(extrapolated_, points.size());
         for (const BatchPoint& point : points) {
             ExtrapolatedPoint& before = extrapolated_.emplace_back();
             before = {{point.p_t[0], point.p_t[1], point.p_n}, {point.p_t[0], point.p_t[1], point.p_n}};

@@ -55,17 +55,11 @@ struct PairMaterial {
 /// A value unset on one body is the partner's; set on both: geometric mean; on none: zero.
 PairMaterial pair_material(const BodyProps& a, const BodyProps& b);
 
-/// A contact as it enters a solve.
-struct BlockContact {
-    const Contact* contact = nullptr; ///< stays where it is during the solve
-    int index = 0;                    ///< of it in its pair
-};
-
 /// Contacts of two bodies with one normal, solved together.
 struct Block {
     int a = -1;
     int b = -1;
-    int first = 0; ///< index of its first BlockContact
+    int first = 0; ///< index of its first contact
     int count = 0; ///< [-] 1..block_size; 0: taken out of the solve
     int pair = -1; ///< index of its pair
     int lane = -1; ///< where it lies: lane_count * batch + lane
@@ -146,14 +140,14 @@ inline constexpr double stall_share = 0.01;
 class Blocks {
 public:
     std::vector<Block> blocks;
-    std::vector<BlockContact> contacts; ///< of the blocks
+    std::vector<const Contact*> contacts; ///< of the blocks; they stay where they are during the solve
     std::vector<BlockBatch> batches;
     std::vector<BatchPoint> points; ///< of the batches
     Workers* workers = nullptr;     ///< share what is done block by block; null: this thread does all
 
     void clear();
     bool empty() const { return blocks.empty(); }
-    std::span<const BlockContact> contacts_of(const Block& block) const {
+    std::span<const Contact* const> contacts_of(const Block& block) const {
         return std::span(contacts).subspan(static_cast<std::size_t>(block.first), static_cast<std::size_t>(block.count));
     }
     BlockBatch& batch_of(const Block& block) { return batches[static_cast<std::size_t>(block.lane) / lane_count]; }
@@ -228,6 +222,7 @@ private:
     };
     void reset_bodies(const Bodies& bodies, std::size_t first_block);
     std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
+    static std::size_t end_of_batch(const std::vector<Place>& places, std::size_t first);
     void make_batches(const std::vector<Place>& places);
     void extrapolate(std::span<Velocity> velocity);
     void find_islands();
@@ -260,6 +255,6 @@ inline Vec3 vector_in_lane(const Lanes* from, std::size_t lane) {
 
 /// Number of blocks that contacts make: a new one begins where the normal changes.
 std::size_t block_count(std::span<const Contact> contacts);
-std::size_t block_count(std::span<const BlockContact> contacts);
+std::size_t block_count(std::span<const Contact* const> contacts);
 
 } // namespace sim

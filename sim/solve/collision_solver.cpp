@@ -56,12 +56,9 @@ bool collides(const Bodies& bodies, const PairContacts& pair, std::span<const Ve
     return found;
 }
 
-/// from + s (to - from) of these bodies.
-void blend(std::span<const Velocity> from, std::span<const Velocity> to, double s,
-           std::span<const std::size_t> included, std::span<Velocity> result) {
-    for (const std::size_t i : included) {
-        result[i] = {from[i].v + s * (to[i].v - from[i].v), from[i].w + s * (to[i].w - from[i].w)};
-    }
+/// from + s (to - from).
+Velocity between(const Velocity& from, const Velocity& to, double s) {
+    return {from.v + s * (to.v - from.v), from.w + s * (to.w - from.w)};
 }
 
 } // namespace
@@ -141,12 +138,12 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
         if (now.number == 0) {
             energy_owed_ += pair.memory[i].energy_taken;
         }
-        loop_.contacts.push_back({&pair.manifold.contacts[i], static_cast<int>(i)});
+        loop_.contacts.push_back(&pair.manifold.contacts[i]);
         // Newton's law: it leaves with e times the speed of its approach.
         targets_.push_back({pair.material.restitution * approach.in_pass, approach.now});
     }
     const std::size_t place = loop_.blocks.size();
-    loop_.blocks.resize(place + block_count(std::span<const BlockContact>(loop_.contacts).subspan(first)));
+    loop_.blocks.resize(place + block_count(std::span<const Contact* const>(loop_.contacts).subspan(first)));
     loop_.split(place, first, loop_.contacts.size(), block_like(pair, index));
 }
 
@@ -208,16 +205,20 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
         }
     }
     plastic_.resize(velocity.size());
-    middle_.resize(velocity.size());
     for (const std::size_t i : in_pass_) {
         plastic_[i] = before_[i];
     }
     bool converged = true;
     iterate(plastic_, settings, converged);
-    blend(plastic_, velocity, 0.5, in_pass_, middle_);
     const double plastic_work = work_of_pass();
     const double e0 = kinetic_energy(bodies, plastic_, in_pass_) - plastic_work;
-    const double e_half = kinetic_energy(bodies, middle_, in_pass_) - 0.5 * (plastic_work + work_);
+    double e_half = 0.0;
+    for (const std::size_t i : in_pass_) {
+        if (!bodies.props[i].is_static()) {
+            e_half += sim::kinetic_energy(bodies.props[i], bodies.pose[i].orientation, between(plastic_[i], velocity[i], 0.5));
+        }
+    }
+    e_half -= 0.5 * (plastic_work + work_);
     const double curvature = 2.0 * (elastic + e0 - 2.0 * e_half);
     const double slope = elastic - e0 - curvature;
     const double missing = start - e0;
@@ -226,7 +227,9 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
         const double root = std::sqrt(std::max(slope * slope + 4.0 * curvature * missing, 0.0));
         s = slope + root > 0.0 ? std::clamp(2.0 * missing / (slope + root), 0.0, 1.0) : 0.0;
     }
-    blend(plastic_, velocity, s, in_pass_, velocity);
+    for (const std::size_t i : in_pass_) {
+        velocity[i] = between(plastic_[i], velocity[i], s);
+    }
     work_ = plastic_work + s * (work_ - plastic_work);
     for (std::size_t i = 0; impacts != nullptr && i < elastic_.size(); ++i) {
         BatchPoint& point = loop_.points[i];
@@ -248,8 +251,8 @@ void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pa
         const LaneFrame frame(batch, lane);
         for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i) {
             const LanePoint point(loop_.points_of(batch)[i], lane);
-            const auto& [contact, index] = loop_.contacts[static_cast<std::size_t>(block.first) + i];
-            const ContactMemory& memory = pairs[static_cast<std::size_t>(block.pair)].memory[static_cast<std::size_t>(index)];
+            const Contact* contact = loop_.contacts[static_cast<std::size_t>(block.first) + i];
+            const ContactMemory& memory = pairs[static_cast<std::size_t>(block.pair)].memory_of(*contact);
             Vec3 impulse(point.p_t.x(), point.p_t.y(), point.p_n); // in the block's frame
             if (pass == 0 && memory.approach_speed > 0.0) {
                 // That impulse took the speed from approach_speed to about what is left of it: its work over their

@@ -37,8 +37,8 @@ struct CollisionReport {
 /// impact (e = 0) until it does not.
 class CollisionSolver {
 public:
-    /// Threads that share its loops; the result does not depend on them.
-    void set_workers(Workers* workers) { loop_.workers = workers; }
+    /// memory: holds the blocks of a pass; of others in between.
+    explicit CollisionSolver(Blocks& memory) : loop_(memory) {}
 
     /// Contacts up to this gap [m] collide too: where an impact has stopped the step, those that would touch next
     /// to at once are one impact with it, whatever the order in which rounding makes them touch.
@@ -67,7 +67,7 @@ private:
     double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings);
     double work_of_pass();
 
-    Blocks loop_;
+    Blocks& loop_;
     /// Of a contact in this pass [m/s].
     struct Target {
         double u_n = 0.0;      ///< that it is to have
@@ -78,7 +78,6 @@ private:
     std::vector<std::size_t> in_pass_; ///< these bodies, in their order
     std::vector<Velocity> before_;  ///< [body_count] as this pass began, of the bodies in it
     std::vector<Velocity> plastic_; ///< [body_count] memory of keep_energy()
-    std::vector<Velocity> middle_;
     std::vector<char> collides_;    ///< [pairs] in this pass, or is held in it
     std::vector<char> is_changed_;  ///< [body_count] by the last pass, then by this one
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass

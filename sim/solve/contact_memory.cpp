@@ -6,27 +6,19 @@
 
 namespace sim {
 
-void match_memory(PairContacts& pair, double reach) {
-    const std::vector<Contact>& contacts = pair.manifold.contacts;
-    pair.blocks = block_count(contacts);
-    const std::vector<ContactMemory> old = std::exchange(pair.memory, std::vector<ContactMemory>(contacts.size()));
+void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts, double reach) {
+    const std::vector<Contact>& old = pair.manifold.contacts;
+    std::vector<ContactMemory> memory(contacts.size());
     std::uint64_t used = 0; // a bit for each of the old ones; more than 64 are found by their ids only
     const auto is_used = [&](std::size_t j) { return j < 64 && (used >> j & 1u) != 0; };
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-        pair.memory[i].id = contacts[i].feature.id;
-        pair.memory[i].core_a = contacts[i].feature.core_a.cast<float>();
-    }
     const auto take = [&](std::size_t i, std::size_t j) {
-        const ContactMemory fresh = pair.memory[i];
-        pair.memory[i] = old[j];
-        pair.memory[i].id = fresh.id;
-        pair.memory[i].core_a = fresh.core_a;
+        memory[i] = pair.memory[j];
         used |= j < 64 ? std::uint64_t{1} << j : 0;
     };
     std::uint64_t matched = 0;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         std::size_t j = 0;
-        while (j < old.size() && (is_used(j) || old[j].id != contacts[i].feature.id)) {
+        while (j < old.size() && (is_used(j) || old[j].feature.id != contacts[i].feature.id)) {
             ++j;
         }
         if (j < old.size()) {
@@ -41,7 +33,7 @@ void match_memory(PairContacts& pair, double reach) {
         std::size_t nearest = old.size();
         double distance = reach;
         for (std::size_t j = 0; j < std::min<std::size_t>(old.size(), 64); ++j) {
-            const double d = (old[j].core_a.cast<double>() - contacts[i].feature.core_a).norm();
+            const double d = (old[j].feature.core_a - contacts[i].feature.core_a).norm();
             if (!is_used(j) && d < distance) {
                 nearest = j;
                 distance = d;
@@ -51,6 +43,9 @@ void match_memory(PairContacts& pair, double reach) {
             take(i, nearest);
         }
     }
+    pair.memory = std::move(memory);
+    pair.manifold.contacts = contacts;
+    pair.blocks = block_count(contacts);
 }
 
 Block block_like(const PairContacts& pair, int index) {

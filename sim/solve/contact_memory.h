@@ -2,25 +2,25 @@
 /// What contacts remember from step to step, pair by pair: for the warm start.
 #include "sim/block/blocks.h"
 
+#include <cmath>
+
 namespace sim {
 
-/// What a contact hands to the next step: two rows of 64 bytes, in the order that rest_kernel.cpp has.
-struct alignas(64) ContactMemory {
+/// What a contact hands to the next step, in the order that rest_kernel.cpp has.
+struct ContactMemory {
     double p_n = 0.0;            ///< [N s]
     Vec3 p_t = Vec3::Zero();     ///< [N s], world
-    double interval = 0.0;       ///< time those impulses stood for [s]
+    double signed_interval = 0.0; ///< time those impulses stood for [s]; negative: it sticks (eq. 6)
     double force_share = 1.0;    ///< [-] of them that was a force; the rest answered an impact
     double last_interval = 0.0;  ///< [s] moved since; 0: they lack nothing (new, or after an impact)
     double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
     Vec3 sliding = Vec3::Zero(); ///< mean sliding velocity of the step [m/s], world
     double energy_taken = 0.0;   ///< [J] taken away with approach_speed
-    double mark = 0.0;           ///< 1: it sticks (eq. 6)
-    std::uint64_t id = 0;
-    Eigen::Vector3f core_a = Eigen::Vector3f::Zero(); ///< body frame of a [m]: finds the contact again where its id changed
 
-    bool is_sticking() const { return mark > 0.5; }
+    double interval() const { return std::abs(signed_interval); }
+    bool is_sticking() const { return signed_interval < 0.0; }
     /// Share [-] of the impulses that acts after the instant (the half kick): velocities stored before the next impulses lack it.
-    double owed() const { return interval > 0.0 ? force_share * 0.5 * last_interval / interval : 0.0; }
+    double owed() const { return signed_interval != 0.0 ? force_share * 0.5 * last_interval / interval() : 0.0; }
 };
 
 /// Contacts of a pair as a step begins, matched with what the last step remembered of them.
@@ -31,8 +31,17 @@ struct PairContacts {
     PairMaterial material;
     double least_gap = 0.0;            ///< [m] of its contacts
     bool was_ahead = false;            ///< a contact of it took an impact away that is to be given back
+    bool is_replaced = false;          ///< repair gave it other contacts; see ContactSearch::put_back()
     Vec3 owed_impulse = Vec3::Zero();  ///< [N s] on a: the owed share of the impulses remembered, at the present points
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
+
+    /// Of one of its contacts.
+    ContactMemory& memory_of(const Contact& contact) {
+        return memory[static_cast<std::size_t>(&contact - manifold.contacts.data())];
+    }
+    const ContactMemory& memory_of(const Contact& contact) const {
+        return memory[static_cast<std::size_t>(&contact - manifold.contacts.data())];
+    }
 };
 
 /// So many pairs ahead the contacts are prefetched, by trial with the funnel: they lie anywhere in memory.
@@ -46,9 +55,9 @@ inline void prefetch(const void* from, std::size_t size) {
     }
 }
 
-/// After a change of the pair's contacts: hands what its memory holds to them, by feature id, else to the nearest core
-/// within `reach` [m].
-void match_memory(PairContacts& pair, double reach);
+/// Gives the pair these contacts, and hands what it remembers of those it had to them: by feature id, else to the nearest
+/// core within `reach` [m].
+void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts, double reach);
 
 /// A block of pair number `index`, without its contacts.
 Block block_like(const PairContacts& pair, int index);

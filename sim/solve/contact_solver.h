@@ -18,6 +18,8 @@ class ContactSolver {
 public:
     /// Threads that share its loops; the result does not depend on them.
     void set_workers(Workers* workers) { contacts_.loop.workers = workers; }
+    /// Its blocks from prepare() to the end of the step; in between their memory serves collisions.
+    Blocks& blocks() { return contacts_.loop; }
 
     /// Blocks for all contacts of `pairs` at the poses of `bodies`, warm-started. `bodies.velocity` are those
     /// at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.

@@ -1,5 +1,7 @@
 #include "sim/solve/resting_contacts.h"
 
+#include <algorithm>
+
 namespace sim {
 
 /// The mark of eq. 6, and the coefficient that goes with it.
@@ -42,9 +44,8 @@ bool RestingContacts::update_mark(const std::vector<PairContacts>& pairs, Block&
         const Vec2 slip = point.tangential_velocity(twist) - target;
         slips = slips || slip.norm() > slip_tolerance;
         at_limit = at_limit || point.p_t.norm() >= rules_.limit * block.mu_s * point.p_n;
-        const int index = loop.contacts[static_cast<std::size_t>(block.first + k)].index;
-        const Vec3& sliding =
-            pairs[static_cast<std::size_t>(block.pair)].memory[static_cast<std::size_t>(index)].sliding;
+        const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first + k)];
+        const Vec3& sliding = pairs[static_cast<std::size_t>(block.pair)].memory_of(contact).sliding;
         reversal += point.p_n * slip.dot(frame.frame.leftCols<2>().transpose() * sliding);
     }
     const bool lost = is_sticking && slips && at_limit;
@@ -75,9 +76,9 @@ void RestingContacts::find_hit_bodies(const Bodies& bodies) {
     bool is_passed_on = false;
     for (const BlockBatch& batch : loop.batches) {
         for (int k = batch.first; k < batch.first + batch.count; ++k) {
-            const unsigned closing = rest_points[static_cast<std::size_t>(k)].closing;
-            for (std::size_t lane = 0; closing >> lane != 0; ++lane) {
-                if ((closing >> lane & 1u) != 0 && loop.points[static_cast<std::size_t>(k)].p_n.x[lane] > 0.0) {
+            const BatchPoint& point = loop.points[static_cast<std::size_t>(k)];
+            for (std::size_t lane = 0; point.closing >> lane != 0; ++lane) {
+                if ((point.closing >> lane & 1u) != 0 && point.p_n.x[lane] > 0.0) {
                     is_hit_[static_cast<std::size_t>(batch.a[lane])] = is_hit_[static_cast<std::size_t>(batch.b[lane])] = 1;
                     is_passed_on = true;
                 }
@@ -112,16 +113,32 @@ void RestingContacts::find_hit_bodies(const Bodies& bodies) {
 }
 
 void RestingContacts::store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity) {
-    for (PairContacts& pair : pairs) {
-        for (std::size_t i = 0; !has_all_ && i < pair.memory.size(); ++i) {
-            ContactMemory& memory = pair.memory[i];
-            memory = {.id = memory.id, .core_a = memory.core_a};
-        }
-    }
     find_hit_bodies(bodies);
     loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
-        work(RestPhase::store, first, last, velocity);
+        for (std::size_t i = first; i < last; ++i) {
+            work_with_memory(RestPhase::store, i, pairs, velocity);
+        }
     });
+    if (!has_all_) {
+        forget_left_out(pairs);
+    }
+}
+
+/// Contacts that no block holds have no impulses.
+void RestingContacts::forget_left_out(std::vector<PairContacts>& pairs) const {
+    std::vector<const Contact*> held;
+    for (const Block& block : loop.blocks) {
+        const std::span<const Contact* const> own = loop.contacts_of(block);
+        held.insert(held.end(), own.begin(), own.end());
+    }
+    std::ranges::sort(held);
+    for (PairContacts& pair : pairs) {
+        for (std::size_t i = 0; i < pair.memory.size(); ++i) {
+            if (!std::ranges::binary_search(held, &pair.manifold.contacts[i])) {
+                pair.memory[i] = {};
+            }
+        }
+    }
 }
 
 DriveWork RestingContacts::work_by(std::span<const Velocity> velocity) const {
@@ -134,13 +151,14 @@ DriveWork RestingContacts::work_by(std::span<const Velocity> velocity) const {
         const std::size_t lane = Blocks::lane_of(block);
         const Vec6 twist = LaneFrame(batch, lane).relative_twist(velocity);
         for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
-            const LanePoint point(loop.points_of(batch)[k], lane);
-            const RestPoint& rest = rest_points[static_cast<std::size_t>(batch.first) + k];
+            const BatchPoint& in_lanes = loop.points_of(batch)[k];
+            const LanePoint point(in_lanes, lane);
+            const double force_share = rest_points[static_cast<std::size_t>(batch.first) + k].force_share.x[lane];
             const double work =
                 -(point.p_n * point.normal_velocity(twist) + point.p_t.dot(point.tangential_velocity(twist)));
-            const bool is_ahead = (rest.ahead >> lane & 1u) != 0;
+            const bool is_ahead = (in_lanes.ahead >> lane & 1u) != 0;
             sum.all += work;
-            sum.ahead += is_ahead ? work : (1.0 - batch.node_weight.x[lane] * rest.force_share.x[lane]) * work;
+            sum.ahead += is_ahead ? work : (1.0 - batch.node_weight.x[lane] * force_share) * work;
         }
     }
     return sum;

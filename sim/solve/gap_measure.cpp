@@ -52,8 +52,8 @@ struct Interval {
     const Pose& from_b;
     const Pose& to_a; ///< predicted
     const Pose& to_b;
-    const PlacedBody& placed_a; ///< the same
-    const PlacedBody& placed_b;
+    PlacedBody placed_a; ///< the same
+    PlacedBody placed_b;
 };
 
 struct Displacement {
@@ -147,8 +147,8 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
                             .from_b = bodies.pose[b],
                             .to_a = to.pose[a],
                             .to_b = to.pose[b],
-                            .placed_a = to.placed[a],
-                            .placed_b = to.placed[b]};
+                            .placed_a = PlacedBody(to.pose[a]),
+                            .placed_b = PlacedBody(to.pose[b])};
     const Eigen::Matrix<double, 3, 2> tangents = frame.frame.leftCols<2>();
     const Vec6 twist = frame.relative_twist(to.velocity);
     double worst = 0.0;
@@ -156,7 +156,7 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
         const auto at = static_cast<std::size_t>(batch.first) + k;
         BatchPoint& in_lanes = loop.points[at];
         const LanePoint point(in_lanes, lane);
-        const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k].contact;
+        const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k];
         const Displacement moved = displacement(interval, contact, frame.frame.col(2), tangents, point.tangential_velocity(twist));
         const double missing = contacts.rest_points[at].gap_target.x[lane] - moved.gap;
         in_lanes.u_n_target.x[lane] = point.normal_velocity(twist) + missing / to.h;

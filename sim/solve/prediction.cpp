@@ -10,7 +10,6 @@ void Prediction::begin(const Bodies& bodies, const Vec3& gravity_of_scene, doubl
     velocity = bodies.velocity;
     const std::size_t count = bodies.props.size();
     pose.resize(count);
-    placed.resize(count);
     rows.resize(count);
     radius.resize(count);
     solved.clear();
@@ -46,7 +45,6 @@ void Prediction::update(const Bodies& bodies, Workers* workers) {
         for (std::size_t k = first; k < last; ++k) {
             const std::size_t i = solved[k];
             pose[i] = free_motion(bodies.props[i], bodies.pose[i], velocity[i], gravity, h);
-            placed[i] = PlacedBody(pose[i]);
             const Mat3 turn = (pose[i].orientation * bodies.pose[i].orientation.conjugate()).toRotationMatrix();
             const Vec3& position = pose[i].position;
             rows[i] = {{turn(0, 0), turn(0, 1), turn(0, 2), turn(1, 0), turn(1, 1), turn(1, 2), turn(2, 0), turn(2, 1),

@@ -8,8 +8,7 @@ namespace sim {
 struct Prediction {
     std::vector<Velocity> velocity;  ///< at t0 after the impulses
     std::vector<Pose> pose;          ///< at t0 + h
-    std::vector<PlacedBody> placed;  ///< the same of the solved bodies, with rotation matrices
-    std::vector<BodyRows> rows;      ///< and for the kernels
+    std::vector<BodyRows> rows;      ///< the same of the solved bodies, for the kernels
     std::vector<double> radius;      ///< of the solved bodies around their centres of mass [m]; fixed: 0
     std::vector<std::size_t> solved; ///< bodies in contacts or joints, and kinematic ones; the others move freely
     std::vector<char> is_solved;     ///< is it one of them?

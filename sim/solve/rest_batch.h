@@ -8,15 +8,9 @@ namespace sim {
 
 /// Point k of each block of a batch, beside its BatchPoint.
 struct RestPoint {
-    Lanes gap_target;     ///< [m] at t0 + h
-    Lanes u_n_before;     ///< [m/s] normal velocity before any impulse
-    Lanes approach_speed; ///< [m/s] it would touch with, without impulses
-    Lanes load;           ///< [N s] that the force of the last step would give in this interval
-    Lanes force_share;    ///< [-] of its impulse that is a force, once stored; the rest answers an impact
-    double* memory[lane_count];    ///< the two rows of a ContactMemory
-    unsigned edges = 0;            ///< bit l: crossing edges touch there
-    unsigned ahead = 0;            ///< bit l: speculative, placed before its impact
-    unsigned closing = 0;          ///< bit l: an impact: without impulses its gap would close in this interval
+    Lanes gap_target;  ///< [m] at t0 + h
+    Lanes load;        ///< [N s] that the force of the last step would give in this interval
+    Lanes force_share; ///< [-] of its impulse that is a force, once stored; the rest answers an impact
 };
 
 /// A batch, beside its BlockBatch.
@@ -70,6 +64,8 @@ struct RestWork {
     const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep
     double* velocity = nullptr;        ///< and after them
     const unsigned* only = nullptr;    ///< [batch_count] lanes that are measured; null: all
+    /// The rows of the ContactMemory of point k in lane l at [lane_count * k + l], of one batch; to start and to store.
+    double* const* memory = nullptr;
     const RestRules* rules = nullptr;
 };
 

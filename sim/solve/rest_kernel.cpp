@@ -8,9 +8,9 @@ namespace {
 
 constexpr double infinity = __builtin_inf();
 
-LANES_INLINE void gather_rows(double* const* from, int offset, Real rows[8]) {
+LANES_INLINE void gather_rows(double* const* from, Real rows[8]) {
     for (int l = 0; l < lane_count; ++l) {
-        rows[l] = load(from[l] + offset);
+        rows[l] = load_anywhere(from[l]);
     }
     transpose(rows);
 }
@@ -33,40 +33,36 @@ LANES_INLINE Real fall_of(const RestRules& rules, const BlockBatch& batch, const
 
 /// What the last interval left of a contact; see ContactMemory.
 struct Memory {
-    Real p_n, interval, force_share, last_interval, approach_speed, mark;
-    Real found_by[3]; ///< its id and place as they are
+    Real p_n, interval, force_share, last_interval, approach_speed;
+    Mask sticks;
     Real3 p_t;
     LANES_INLINE explicit Memory(double* const* from) {
         Real row[8];
-        gather_rows(from, 0, row);
+        gather_rows(from, row);
         p_n = row[0];
         p_t = {row[1], row[2], row[3]};
-        interval = row[4];
+        sticks = row[4] < 0.0;
+        interval = abs(row[4]);
         force_share = row[5];
         last_interval = row[6];
         approach_speed = row[7];
-        gather_rows(from, 8, row);
-        mark = row[4];
-        for (int i = 0; i < 3; ++i) {
-            found_by[i] = row[5 + i];
-        }
     }
 };
 
 /// Share [-] of the impulses at t0 that acts before it (see node_weight()); all of it where none touches.
-LANES_INLINE Real node_weight_of(const RestRules& rules, const BlockBatch& batch, const BatchPoint* points, const RestPoint* rest) {
+LANES_INLINE Real node_weight_of(const RestWork& work, const BlockBatch& batch, const BatchPoint* points) {
     Real last = real(0.0);
     Mask touches = nowhere();
     for (int k = 0; k < batch.count; ++k) {
         const Mask here = lanes_of(points[k].there);
         Lanes value;
         for (int l = 0; l < lane_count; ++l) {
-            value.x[l] = rest[k].memory[l][6];
+            value.x[l] = work.memory[lane_count * k + l][6];
         }
         last = max(last, select(here, load(value), real(0.0)));
-        touches |= here & (load(points[k].gap) <= rules.tolerance);
+        touches |= here & (load(points[k].gap) <= work.rules->tolerance);
     }
-    return select(touches, last / (last + real(rules.h)), real(1.0));
+    return select(touches, last / (last + real(work.rules->h)), real(1.0));
 }
 
 /// Targets, marks and impulses of the points.
@@ -76,7 +72,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
     const Real zero = real(0.0);
     const Real one = real(1.0);
     const Frame f = frame_of(batch);
-    const Real node_weight = node_weight_of(rules, batch, points, rest);
+    const Real node_weight = node_weight_of(work, batch, points);
     store(batch.node_weight, node_weight);
     const Real interval = impulse_interval(node_weight, h);
     const Real fall = fall_of(rules, batch, f.n);
@@ -88,14 +84,11 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
         const Real gap = load(points[k].gap);
-        const Memory memory(r.memory);
+        const Memory memory(work.memory + lane_count * k);
         const Mask ahead = gap > rules.tolerance; // a speculative contact
         const Real u_n = twist.normal(x, y);
-        const Real approach = max(-u_n, zero);
-        r.ahead = bits_of(ahead);
-        store(r.u_n_before, u_n);
-        store(r.approach_speed, max(sqrt(max(approach * approach + 2.0 * fall * gap, zero)), memory.approach_speed));
-        r.closing = bits_of(here & ahead & (gap + h * (u_n - (0.5 * h) * fall) <= 0.0));
+        points[k].ahead = bits_of(ahead);
+        points[k].closing = bits_of(here & ahead & (gap + h * (u_n - (0.5 * h) * fall) <= 0.0));
         Real after_step = max(gap, real(-rules.band));
         if (rules.is_doubtful) {
             // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown.
@@ -116,7 +109,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         const Real slow2 = twist.tangential2(x);
         const Mask slow = slow1 * slow1 + slow2 * slow2 <= rules.velocity_tolerance * rules.velocity_tolerance;
         const Mask is_new = (memory.p_n == 0.0) & (memory.last_interval == 0.0);
-        sticks |= (warm & (memory.mark > 0.5)) | (here & is_new & ~ahead & slow);
+        sticks |= (warm & memory.sticks) | (here & is_new & ~ahead & slow);
     }
     store(batch.sticking, flag(sticks));
 }
@@ -134,7 +127,7 @@ LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const Bat
         Real p_1 = load(points[k].p_t[0]);
         Real p_2 = load(points[k].p_t[1]);
         if (is_half_kick) {
-            const Mask acts = (p_n > 0.0) & ~lanes_of(rest[k].ahead);
+            const Mask acts = (p_n > 0.0) & ~lanes_of(points[k].ahead);
             const Real share = select(acts, load(batch.node_weight) * load(rest[k].force_share), zero);
             p_n = share * p_n;
             p_1 = share * p_1;
@@ -228,8 +221,8 @@ LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlo
         Real3 n = n_face;
         Real gap = dot(n, d);
         Real3 across = d - gap * n;
-        if (r.edges != 0) {
-            const Mask at_edges = lanes_of(r.edges);
+        if (points[k].edges != 0) {
+            const Mask at_edges = lanes_of(points[k].edges);
             const Real3 between = d - load(points[k].gap) * edges.lean;
             const Mask wanders = edges.wander(block, between);
             n = select(wanders, f.n, edges.n);
@@ -271,7 +264,7 @@ LANES_INLINE void scatter_rows(double* const* to, int offset, unsigned lanes, Re
     transpose(rows);
     for (int l = 0; l < lane_count; ++l) {
         if ((lanes >> l & 1u) != 0) {
-            store(to[l] + offset, rows[l]);
+            store_anywhere(to[l] + offset, rows[l]);
         }
     }
 }
@@ -293,7 +286,8 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
     const Real3 g{real(rules.gravity[0]), real(rules.gravity[1]), real(rules.gravity[2])};
     const Real weight = sqrt(dot(g, g)) * interval / max(load(batch.inverse_mass_a), load(batch.inverse_mass_b));
     const Mask hit = lanes_of(block.hit);
-    const Real3 before = load3(batch.before);
+    const Twist before = twist_of(work.before, batch, f);
+    const Real fall = fall_of(rules, batch, f.n);
     for (int k = 0; k < batch.count; ++k) {
         RestPoint& r = rest[k];
         const Real x = load(points[k].x);
@@ -302,7 +296,7 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
         const Real p_1 = load(points[k].p_t[0]);
         const Real p_2 = load(points[k].p_t[1]);
         const Mask loaded = p_n > 0.0;
-        const Mask ahead = lanes_of(r.ahead);
+        const Mask ahead = lanes_of(points[k].ahead);
         const Real force = max(load(r.load), weight);
         const Mask answers = hit & (p_n > force);
         const Real force_share = select(answers, force / select(answers, p_n, one), one);
@@ -311,26 +305,31 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
         const Real u_1 = twist.tangential1(y);
         const Real u_2 = twist.tangential2(x);
         const Real gap = load(r.gap_target) - h * (load(points[k].u_n_target) - u_n);
-        const Mask impact = lanes_of(r.closing) & (gap <= rules.tolerance);
-        const Real taken = -(0.5 * p_n * (load(r.u_n_before) + u_n)) -
-                           0.5 * (p_1 * (before.x - before.z * y + u_1) + p_2 * (before.y + before.z * x + u_2));
+        const Mask impact = lanes_of(points[k].closing) & (gap <= rules.tolerance);
+        const Real u_n_before = before.normal(x, y);
+        const Real taken = -(0.5 * p_n * (u_n_before + u_n)) -
+                           0.5 * (p_1 * (before.tangential1(y) + u_1) + p_2 * (before.tangential2(x) + u_2));
         const Real3 p_t = f.world(p_1, p_2);
         const Mask sticks = loaded & keeps;
         const Real3 slip = f.world(u_1 - load(points[k].u_t_target[0]), u_2 - load(points[k].u_t_target[1]));
         const Real3 sliding = select(has_friction & ~sticks, slip, Real3{zero, zero, zero});
-        const Memory memory(r.memory);
+        const Memory memory(work.memory + lane_count * k);
+        // That it would touch with, without impulses [m/s].
+        const Real approach = max(-u_n_before, zero);
+        const Real touch_speed =
+            max(sqrt(max(approach * approach + 2.0 * fall * load(points[k].gap), zero)), memory.approach_speed);
         Real first[8] = {select(ahead, zero, p_n),
                          select(ahead, zero, p_t.x),
                          select(ahead, zero, p_t.y),
                          select(ahead, zero, p_t.z),
-                         interval,
+                         select(sticks, -interval, interval),
                          force_share,
                          select(loaded & ~ahead, real(h), zero),
-                         select(impact, load(r.approach_speed), zero)};
-        Real second[8] = {sliding.x, sliding.y, sliding.z, select(impact, taken, zero), flag(sticks),
-                          memory.found_by[0], memory.found_by[1], memory.found_by[2]};
-        scatter_rows(r.memory, 0, points[k].there, first);
-        scatter_rows(r.memory, 8, points[k].there, second);
+                         select(impact, touch_speed, zero)};
+        Real second[8] = {first[4],  first[5],  first[6],  first[7],
+                          sliding.x, sliding.y, sliding.z, select(impact, taken, zero)};
+        scatter_rows(work.memory + lane_count * k, 0, points[k].there, first);
+        scatter_rows(work.memory + lane_count * k, 4, points[k].there, second);
     }
 }
 

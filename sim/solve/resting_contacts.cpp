@@ -1,5 +1,6 @@
 #include "sim/solve/resting_contacts.h"
 
+#include "sim/base/grow.h"
 #include "sim/solve/time_of_impact.h"
 
 #include <algorithm>
@@ -8,8 +9,8 @@ namespace sim {
 namespace {
 
 static_assert(offsetof(ContactMemory, p_n) == 0 && offsetof(ContactMemory, sliding) == 8 * sizeof(double) &&
-                  offsetof(ContactMemory, id) == 13 * sizeof(double) && sizeof(ContactMemory) == 16 * sizeof(double),
-              "rest_kernel.cpp reads and writes two rows");
+                  sizeof(ContactMemory) == 12 * sizeof(double),
+              "rest_kernel.cpp reads and writes them by their places");
 
 /// What stands for a contact in lanes that have none.
 ContactMemory no_memory;
@@ -26,13 +27,14 @@ void RestingContacts::begin(const Bodies& bodies, std::vector<PairContacts>& pai
     has_all_ = true;
     loop.clear();
     take_all(bodies, pairs);
+    sorted_blocks_ = loop.blocks.size();
     start(bodies, pairs, 0, to);
 }
 
 void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
                                  std::span<const Velocity> at_node, Prediction& to) {
     const std::size_t first_block = loop.blocks.size();
-    std::vector<BlockContact> taken;
+    std::vector<const Contact*> taken;
     for (const int index : added) {
         const PairContacts& pair = pairs[static_cast<std::size_t>(index)];
         to.add(bodies, pair.manifold.body_a);
@@ -52,25 +54,23 @@ void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs
 }
 
 void RestingContacts::drop(const Bodies& bodies, int pair, Prediction& to) {
-    has_all_ = false;
-    for (Block& block : loop.blocks) {
+    const auto drop_if_its = [&](Block& block) {
         if (block.count > 0 && block.pair == pair) {
-            const BlockBatch& batch = loop.batch_of(block);
-            for (int k = batch.first; k < batch.first + batch.count; ++k) {
-                rest_points[static_cast<std::size_t>(k)].memory[Blocks::lane_of(block)] = &no_memory.p_n;
-            }
             loop.drop(block, bodies, to.velocity);
         }
-    }
+    };
+    const auto sorted_end = loop.blocks.begin() + static_cast<std::ptrdiff_t>(sorted_blocks_);
+    const auto first = std::ranges::lower_bound(loop.blocks.begin(), sorted_end, pair, {}, &Block::pair);
+    std::for_each(first, std::ranges::upper_bound(first, sorted_end, pair, {}, &Block::pair), drop_if_its);
+    std::for_each(sorted_end, loop.blocks.end(), drop_if_its);
 }
 
 /// The contacts of a pair that the solve holds, all but the impacts that are waited for; returns their number.
-std::size_t RestingContacts::take(const Bodies& bodies, const PairContacts& pair, BlockContact* to) const {
+std::size_t RestingContacts::take(const Bodies& bodies, const PairContacts& pair, const Contact** to) const {
     std::size_t count = 0;
-    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
-        const Contact& contact = pair.manifold.contacts[i];
+    for (const Contact& contact : pair.manifold.contacts) {
         if (settings_.impacts != ImpactHandling::stop || !is_impact(bodies, pair.manifold, contact, settings_)) {
-            to[count++] = {&contact, static_cast<int>(i)};
+            to[count++] = &contact;
         }
     }
     return count;
@@ -84,7 +84,7 @@ void RestingContacts::take_all(const Bodies& bodies, const std::vector<PairConta
     };
     std::vector<Size> end(pairs.size() + 1); // before each pair, and at the end
     loop.share(pairs.size(), [&](std::size_t first, std::size_t last) {
-        std::vector<BlockContact> taken;
+        std::vector<const Contact*> taken;
         for (std::size_t i = first; i < last; ++i) {
             end[i + 1] = {pairs[i].blocks, pairs[i].manifold.contacts.size()};
             if (settings_.impacts == ImpactHandling::stop) {
@@ -100,8 +100,8 @@ void RestingContacts::take_all(const Bodies& bodies, const std::vector<PairConta
         end[i + 1].blocks += end[i].blocks;
         end[i + 1].contacts += end[i].contacts;
     }
-    loop.blocks.resize(end.back().blocks);
-    loop.contacts.resize(end.back().contacts);
+    grow(loop.blocks, end.back().blocks);
+    grow(loop.contacts, end.back().contacts);
     loop.share(pairs.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             take(bodies, pairs[i], loop.contacts.data() + end[i].contacts);
@@ -118,8 +118,8 @@ void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pai
     }
     const std::size_t first_batch = loop.batches.size();
     loop.lay_out(bodies, first_block);
-    rest_points.resize(loop.points.size());
-    rest_blocks.resize(loop.batches.size());
+    grow(rest_points, loop.points.size());
+    grow(rest_blocks, loop.batches.size());
     loop.share(loop.batches.size() - first_batch, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first_batch + first; i < first_batch + last; ++i) {
             loop.fill_batch(i, bodies, bodies.velocity);
@@ -138,36 +138,53 @@ void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts
     const BlockBatch& batch = loop.batches[i];
     RestBlock& rest = rest_blocks[i];
     rest.plain = rest.edges = rest.hit = 0;
-    for (int k = batch.first; k < batch.first + batch.count; ++k) {
-        RestPoint& point = rest_points[static_cast<std::size_t>(k)];
-        std::fill_n(point.memory, lane_count, &no_memory.p_n);
+    for (BatchPoint& point : loop.points_of(batch)) {
         point.edges = 0;
     }
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
         if (batch.block[lane] >= 0) {
-            const Block& block = loop.blocks[static_cast<std::size_t>(batch.block[lane])];
-            start_lane(bodies, pairs[static_cast<std::size_t>(block.pair)], i, lane);
+            start_lane(bodies, i, lane);
         }
     }
-    work(RestPhase::start, i, i + 1, to.velocity);
+    work_with_memory(RestPhase::start, i, pairs, to.velocity);
 }
 
-/// Where the contacts of a lane are remembered, and how they are measured.
-void RestingContacts::start_lane(const Bodies& bodies, PairContacts& pair, std::size_t i, std::size_t lane) {
+/// One phase for batch i, which reads or writes what its contacts remember.
+void RestingContacts::work_with_memory(RestPhase phase, std::size_t i, std::vector<PairContacts>& pairs,
+                                       std::span<Velocity> velocity) {
+    double* memory[block_size * lane_count];
+    const BlockBatch& batch = loop.batches[i];
+    std::fill_n(memory, lane_count * batch.count, &no_memory.p_n);
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        if (batch.block[lane] < 0) {
+            continue;
+        }
+        const Block& block = loop.blocks[static_cast<std::size_t>(batch.block[lane])];
+        PairContacts& pair = pairs[static_cast<std::size_t>(block.pair)];
+        std::size_t k = 0;
+        for (const Contact* contact : loop.contacts_of(block)) {
+            memory[lane_count * k++ + lane] = &pair.memory_of(*contact).p_n;
+        }
+    }
+    RestWork work = work_of(phase, i, i + 1, velocity);
+    work.memory = memory;
+    work_on_rest(work);
+}
+
+/// How the contacts of a lane are measured.
+void RestingContacts::start_lane(const Bodies& bodies, std::size_t i, std::size_t lane) {
     const BlockBatch& batch = loop.batches[i];
     RestBlock& rest = rest_blocks[i];
     const unsigned bit = 1u << lane;
-    const std::span<const BlockContact> own =
+    const std::span<const Contact* const> own =
         loop.contacts_of(loop.blocks[static_cast<std::size_t>(batch.block[lane])]);
-    const ContactFeature& first = own.front().contact->feature;
-    const ContactFeature& edges = own.back().contact->feature; // the last by its id, if there are any
+    const ContactFeature& first = own.front()->feature;
+    const ContactFeature& edges = own.back()->feature; // the last by its id, if there are any
     const bool has_edges = edges.kind == FeatureKind::edges;
     const bool is_flat = (batch.flat & bit) != 0;
     bool is_plain = is_flat || own.size() == 1;
     for (std::size_t k = 0; k < own.size(); ++k) {
-        rest_points[static_cast<std::size_t>(batch.first) + k].memory[lane] =
-            &pair.memory[static_cast<std::size_t>(own[k].index)].p_n;
-        const ContactFeature& feature = own[k].contact->feature;
+        const ContactFeature& feature = own[k]->feature;
         const bool is_on_face = is_flat && feature.kind == first.kind && !is_curved(feature);
         is_plain = is_plain && (is_on_face || (has_edges && k + 1 == own.size()));
     }
@@ -176,7 +193,7 @@ void RestingContacts::start_lane(const Bodies& bodies, PairContacts& pair, std::
         return;
     }
     rest.edges |= bit;
-    rest_points[static_cast<std::size_t>(batch.first) + own.size() - 1].edges |= bit;
+    loop.points_of(batch)[own.size() - 1].edges |= bit;
     const auto a = static_cast<std::size_t>(batch.a[lane]);
     const auto b = static_cast<std::size_t>(batch.b[lane]);
     rest.reach.x[lane] = wander_share * std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
@@ -196,14 +213,14 @@ void RestingContacts::find_late_impacts(const std::vector<PairContacts>& pairs, 
         const BlockBatch& batch = loop.batch_of(block);
         const std::size_t lane = Blocks::lane_of(block);
         const Vec6 twist = LaneFrame(batch, lane).relative_twist(at_node);
-        const std::vector<ContactMemory>& memory = pairs[static_cast<std::size_t>(block.pair)].memory;
+        const PairContacts& pair = pairs[static_cast<std::size_t>(block.pair)];
         for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
             const auto at = static_cast<std::size_t>(batch.first) + k;
-            const int index = loop.contacts[static_cast<std::size_t>(block.first) + k].index;
-            const bool is_new = memory[static_cast<std::size_t>(index)].last_interval == 0.0;
+            const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k];
+            const bool is_new = pair.memory_of(contact).last_interval == 0.0;
             if (is_new && -LanePoint(loop.points[at], lane).normal_velocity(twist) > threshold) {
-                rest_points[at].ahead |= 1u << lane;
-                rest_points[at].closing |= 1u << lane;
+                loop.points[at].ahead |= 1u << lane;
+                loop.points[at].closing |= 1u << lane;
             }
         }
     }
@@ -211,17 +228,22 @@ void RestingContacts::find_late_impacts(const std::vector<PairContacts>& pairs, 
 
 double RestingContacts::work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity,
                              const unsigned* only) {
-    return work_on_rest({.phase = phase,
-                         .batches = loop.batches.data() + first,
-                         .batch_count = last - first,
-                         .blocks = rest_blocks.data() + first,
-                         .points = loop.points.data(),
-                         .rest = rest_points.data(),
-                         .end = end_,
-                         .before = before_,
-                         .velocity = velocity.front().v.data(),
-                         .only = only,
-                         .rules = &rules_});
+    RestWork work = work_of(phase, first, last, velocity);
+    work.only = only;
+    return work_on_rest(work);
+}
+
+RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity) {
+    return {.phase = phase,
+            .batches = loop.batches.data() + first,
+            .batch_count = last - first,
+            .blocks = rest_blocks.data() + first,
+            .points = loop.points.data(),
+            .rest = rest_points.data(),
+            .end = end_,
+            .before = before_,
+            .velocity = velocity.front().v.data(),
+                         .rules = &rules_};
 }
 
 void RestingContacts::scale(double share) {

@@ -31,7 +31,7 @@ public:
     void add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
              std::span<const Velocity> at_node, Prediction& to);
 
-    /// Takes the contacts of a pair and their impulses out again: other features face each other.
+    /// Takes the contacts of a pair and their impulses out again: other features face each other, and are to be added.
     void drop(const Bodies& bodies, int pair, Prediction& to);
 
     /// Takes so much [-] of all impulses.
@@ -57,24 +57,28 @@ public:
                 const unsigned* only = nullptr);
 
 private:
-    std::size_t take(const Bodies& bodies, const PairContacts& pair, BlockContact* to) const;
+    std::size_t take(const Bodies& bodies, const PairContacts& pair, const Contact** to) const;
     void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     void start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to);
     void start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i, Prediction& to);
-    void start_lane(const Bodies& bodies, PairContacts& pair, std::size_t i, std::size_t lane);
+    void start_lane(const Bodies& bodies, std::size_t i, std::size_t lane);
+    void work_with_memory(RestPhase phase, std::size_t i, std::vector<PairContacts>& pairs, std::span<Velocity> velocity);
+    RestWork work_of(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
     void find_late_impacts(const std::vector<PairContacts>& pairs, std::size_t first_block,
                            std::span<const Velocity> at_node);
     void set_mark(Block& block, bool sticks);
     bool update_mark(const std::vector<PairContacts>& pairs, Block& block, std::span<const Velocity> velocity);
     bool grows(const BlockBatch& batch, std::size_t lane) const;
     void find_hit_bodies(const Bodies& bodies);
+    void forget_left_out(std::vector<PairContacts>& pairs) const;
 
     StepSettings settings_;
     RestRules rules_;
     const double* before_ = nullptr;    ///< bodies.velocity
     const BodyRows* end_ = nullptr;     ///< predicted
     bool has_two_coefficients_ = false; ///< mu_s and mu_d differ somewhere
-    bool has_all_ = true;               ///< no contact was left out or dropped
+    std::size_t sorted_blocks_ = 0;     ///< so many are in the order of their pairs; then those added
+    bool has_all_ = true;               ///< no contact was left out
     std::vector<char> is_hit_;          ///< [body_count] by a speculative impact
     std::vector<char> is_reached_;      ///< [body_count] by it, or by contacts that pass it on
 };

@@ -1,5 +1,7 @@
 #include "sim/world/candidates.h"
 
+#include "sim/base/grow.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -204,8 +206,7 @@ void Candidates::search_all() {
 void Candidates::search() {
     broad_phase_.find_pairs(boxes_, found_);
     all_.clear();
-    free_slots_.clear();
-    slot_count_ = 0;
+    slots_ = {};
     add_found();
 }
 
@@ -223,7 +224,7 @@ void Candidates::search_escaped() {
         const auto [a, b] = candidate.bodies;
         const bool is_old = has_moved_on[static_cast<std::size_t>(a)] != 0 || has_moved_on[static_cast<std::size_t>(b)] != 0;
         if (is_old) {
-            free_slots_.push_back(candidate.slot);
+            slots_[candidate.are_boxes].free.push_back(candidate.slot);
         }
         return is_old;
     });
@@ -233,13 +234,19 @@ void Candidates::search_escaped() {
 
 /// The pairs found, none of which is a candidate, become candidates.
 void Candidates::add_found() {
+    const auto is_box = [&](int body) {
+        return std::holds_alternative<Box>(bodies_.props[static_cast<std::size_t>(body)].shape);
+    };
     const auto others = static_cast<std::ptrdiff_t>(all_.size());
+    make_room(all_, all_.size() + found_.size());
     for (const BodyPair& pair : found_) {
-        if (free_slots_.empty()) {
-            free_slots_.push_back(slot_count_++);
+        const bool are_boxes = is_box(pair.a) && is_box(pair.b);
+        Slots& slots = slots_[are_boxes];
+        if (slots.free.empty()) {
+            slots.free.push_back(static_cast<std::uint32_t>(slots.count++));
         }
-        all_.push_back({pair, free_slots_.back()});
-        free_slots_.pop_back();
+        all_.push_back({pair, slots.free.back(), are_boxes});
+        slots.free.pop_back();
     }
     std::ranges::inplace_merge(all_, all_.begin() + others, {}, &Candidate::bodies);
     std::vector<char> is_in(count_, 0);

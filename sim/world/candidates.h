@@ -5,6 +5,9 @@
 #include "sim/collide/broad_phase.h"
 #include "sim/model/scene_def.h"
 
+#include <array>
+#include <cstdint>
+
 namespace sim {
 
 /// Contacts are looked for this many tolerances beyond what the bodies can approach in the step.
@@ -13,11 +16,15 @@ inline constexpr double margin_tolerances = 2.0;
 /// How far a point of the body moves between two poses in a frame that moves by `drift` [m] meanwhile, at most [m].
 double moved_by(const BodyProps& props, const Pose& from, const Pose& to, const Vec3& drift);
 
+/// 16 bytes: each step passes over all of them.
 struct Candidate {
     BodyPair bodies;
-    std::size_t slot = 0; ///< where what is known of them lies
-    bool is_new = true;   ///< nothing is known yet
+    std::uint32_t slot = 0;  ///< where what is known of them lies, among pairs of boxes or among others
+    bool are_boxes = false;  ///< each a single box, not a part of a compound
+    bool is_new = true;      ///< nothing is known yet
+    bool is_near = false;    ///< they may touch within the step
 };
+static_assert(sizeof(Candidate) == 16);
 
 class Candidates {
 public:
@@ -42,7 +49,7 @@ public:
 
     std::vector<Candidate>& all() { return all_; } ///< ascending
     const std::vector<Candidate>& all() const { return all_; }
-    std::size_t slot_count() const { return slot_count_; }
+    std::size_t slot_count(bool of_boxes) const { return slots_[of_boxes].count; }
     std::span<const std::size_t> bodies() const { return members_; } ///< those of all pairs, ascending
 
     /// How near two bodies may be and still touch within the step [m].
@@ -100,8 +107,11 @@ private:
     std::vector<int> escaped_;
     std::vector<BodyPair> found_;        ///< by the last search
     std::vector<Candidate> all_;
-    std::size_t slot_count_ = 0;
-    std::vector<std::size_t> free_slots_;
+    struct Slots {
+        std::size_t count = 0;
+        std::vector<std::uint32_t> free;
+    };
+    std::array<Slots, 2> slots_; ///< of pairs with another shape, of pairs of boxes
     std::vector<std::size_t> members_;
 };
 

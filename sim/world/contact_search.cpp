@@ -18,13 +18,6 @@ BodyPair bodies_of(const PairContacts& pair) {
     return {pair.manifold.body_a, pair.manifold.body_b};
 }
 
-/// Before the contacts of a pair are found anew: where they are, for those whose features change.
-void keep_cores(PairContacts& pair) {
-    for (std::size_t i = 0; i < std::min(pair.memory.size(), pair.manifold.contacts.size()); ++i) {
-        pair.memory[i].core_a = pair.manifold.contacts[i].feature.core_a.cast<float>();
-    }
-}
-
 void begin_pair(PairContacts& pair, const BodyPair& of, const Bodies& bodies) {
     pair.manifold.body_a = of.a;
     pair.manifold.body_b = of.b;
@@ -82,9 +75,9 @@ void ContactSearch::find() {
 /// What the last step remembers of the near pairs first..last goes from `pairs` to `found` [near]; nothing where it
 /// remembers nothing.
 void ContactSearch::take_known(std::size_t first, std::size_t last, std::vector<PairContacts>& found) {
-    auto pair = std::ranges::lower_bound(pairs, candidates.all()[near_[first].candidate].bodies, {}, bodies_of);
+    auto pair = std::ranges::lower_bound(pairs, candidates.all()[near_[first]].bodies, {}, bodies_of);
     for (std::size_t i = first; i < last; ++i) {
-        const BodyPair& candidate = candidates.all()[near_[i].candidate].bodies;
+        const BodyPair& candidate = candidates.all()[near_[i]].bodies;
         while (pair != pairs.end() && bodies_of(*pair) < candidate) {
             ++pair;
         }
@@ -95,18 +88,18 @@ void ContactSearch::take_known(std::size_t first, std::size_t last, std::vector<
 }
 
 /// Contacts of one pair at the present poses; pair: what the last step remembers of it. contacts: memory.
-void ContactSearch::find_contacts_of(const PairDistances::Near& near, std::vector<Contact>& contacts, PairContacts& pair) {
-    const Candidate& candidate = candidates.all()[near.candidate];
+void ContactSearch::find_contacts_of(std::uint32_t near, std::vector<Contact>& contacts, PairContacts& pair) {
+    const Candidate& candidate = candidates.all()[near];
     const auto a = static_cast<std::size_t>(candidate.bodies.a);
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
     const Shape& shape_a = bodies_.props[a].shape;
     const Shape& shape_b = bodies_.props[b].shape;
+    const double margin = candidates.margin_of(candidate.bodies);
     contacts.clear();
-    if (distances.are_boxes(candidate.bodies)) {
-        find_box_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, distances.axes(candidate.slot), near.margin,
-                          contacts);
+    if (candidate.are_boxes) {
+        find_box_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, distances.axes(candidate.slot), margin, contacts);
     } else {
-        find_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, near.margin, contacts);
+        find_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, margin, contacts);
         if (contacts.empty()) {
             distances.set_apart(candidate);
         }
@@ -114,19 +107,13 @@ void ContactSearch::find_contacts_of(const PairDistances::Near& near, std::vecto
     if (pair.manifold.contacts.empty()) {
         begin_pair(pair, candidate.bodies, bodies_);
     }
-    const bool same_features = std::ranges::equal(contacts, pair.memory, {}, id_of, &ContactMemory::id);
-    if (!same_features) {
-        keep_cores(pair);
-    }
-    pair.manifold.contacts.assign(contacts.begin(), contacts.end());
-    if (contacts.empty()) {
-        return;
-    }
-    if (same_features) {
-        pair.blocks = block_count(pair.manifold.contacts);
+    if (std::ranges::equal(contacts, pair.manifold.contacts, {}, id_of, id_of)) {
+        pair.manifold.contacts.assign(contacts.begin(), contacts.end());
+        pair.blocks = block_count(contacts);
     } else {
-        match_memory(pair, reach_of(candidate.bodies));
+        replace_contacts(pair, contacts, reach_of(candidate.bodies));
     }
+    pair.is_replaced = false;
     sum_up(pair);
 }
 
@@ -134,13 +121,12 @@ std::size_t ContactSearch::put(const BodyPair& of, const std::vector<Contact>& c
     const std::size_t index = index_of(of);
     if (index == pairs.size()) {
         begin_pair(pairs.emplace_back(), of, bodies_);
-    } else if (index < sorted_pairs_ && std::ranges::find(replaced_, index, &decltype(replaced_)::value_type::first) == replaced_.end()) {
+    } else if (index < sorted_pairs_ && !pairs[index].is_replaced) {
         replaced_.emplace_back(index, pairs[index]);
+        pairs[index].is_replaced = true;
     }
     PairContacts& pair = pairs[index];
-    keep_cores(pair);
-    pair.manifold.contacts = contacts;
-    match_memory(pair, reach_of(of));
+    replace_contacts(pair, contacts, reach_of(of));
     return index;
 }
 

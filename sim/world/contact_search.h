@@ -30,12 +30,12 @@ public:
 
 private:
     void take_known(std::size_t first, std::size_t last, std::vector<PairContacts>& found);
-    void find_contacts_of(const PairDistances::Near& near, std::vector<Contact>& contacts, PairContacts& pair);
+    void find_contacts_of(std::uint32_t near, std::vector<Contact>& contacts, PairContacts& pair);
     double reach_of(const BodyPair& pair) const;
 
     const Bodies& bodies_;
     Workers& workers_;
-    std::span<const PairDistances::Near> near_;
+    std::span<const std::uint32_t> near_; ///< candidates
     std::size_t sorted_pairs_ = 0; ///< length of the ascending part
     std::vector<std::pair<std::size_t, PairContacts>> replaced_; ///< by put(): index into pairs, and what was there
 };

@@ -24,7 +24,7 @@ std::vector<ContactSnapshot> loaded_contacts(std::span<const PairContacts> pairs
                 continue;
             }
             const ContactGeometry& at = pair.manifold.contacts[i].at;
-            const double share = memory.interval > 0.0 ? time_step / memory.interval : 1.0;
+            const double share = memory.interval() > 0.0 ? time_step / memory.interval() : 1.0;
             const Vec3 impulse = share * (memory.p_n * at.n + memory.p_t);
             const Vec3 point = 0.5 * (at.a + at.b);
             contacts.push_back({{pair.manifold.body_a, pair.manifold.body_b},

@@ -13,16 +13,13 @@ namespace {
 /// tolerance.
 constexpr double recheck_share = 0.02;
 
-constexpr double is_far = -1.0; ///< for a margin
-
 /// Pairs of boxes [-] looked at together: a multiple of the lanes, on the stack.
 constexpr std::size_t axes_at_once = 256;
 
 } // namespace
 
 PairDistances::PairDistances(const Bodies& bodies, std::size_t count, const StepSettings& settings, Workers& workers)
-    : bodies_(bodies), settings_(settings), workers_(workers), box_rows_(count), box_pose_(count),
-      checked_pose_(count), moved_(count) {
+    : bodies_(bodies), settings_(settings), workers_(workers), box_rows_(count), looked_at_(count), moved_(count) {
     for (std::size_t i = 0; i < count; ++i) {
         is_box_.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
     }
@@ -32,13 +29,15 @@ PairDistances::PairDistances(const Bodies& bodies, std::size_t count, const Step
 /// looked at?
 template <typename F>
 void PairDistances::place(const Candidates& candidates, std::span<const Pose> poses, F&& is_moved) {
-    axes_.resize(candidates.slot_count());
-    separations_.resize(candidates.slot_count());
-    penetration_.resize(candidates.slot_count());
+    grow(axes_, candidates.slot_count(true));
+    grow(separations_, candidates.slot_count(false));
     const std::span<const std::size_t> members = candidates.bodies();
     const auto place_some = [&](std::size_t first, std::size_t last) {
         for (const std::size_t i : members.subspan(first, last - first)) {
             moved_[i] = is_moved(i);
+            if (moved_[i] != 0) {
+                looked_at_[i] = poses[i];
+            }
             if (is_box_[i] == 0) {
                 continue;
             }
@@ -47,9 +46,6 @@ void PairDistances::place(const Candidates& candidates, std::span<const Pose> po
             std::copy_n(rotation.data(), 9, box_rows_[i].axes);
             std::copy_n(poses[i].position.data(), 3, box_rows_[i].centre);
             std::copy_n(half.data(), 3, box_rows_[i].half);
-            if (moved_[i] != 0) {
-                box_pose_[i] = poses[i]; // all axes of body i are of this pose
-            }
         }
     };
     workers_.run(members.size(), place_some, least_shared);
@@ -67,7 +63,7 @@ void PairDistances::update_axes(std::span<const Candidate> candidates) {
     std::array<int, axes_at_once> result;
     std::size_t count = 0;
     for (const Candidate& candidate : candidates) {
-        if (are_boxes(candidate.bodies) && has_moved(candidate)) {
+        if (candidate.are_boxes && has_moved(candidate)) {
             a[count] = candidate.bodies.a;
             b[count] = candidate.bodies.b;
             result[count++] = static_cast<int>(candidate.slot);
@@ -97,38 +93,36 @@ void PairDistances::set_apart(const Candidate& candidate) {
     const Pose& b = bodies_.pose[static_cast<std::size_t>(candidate.bodies.b)];
     const Shape& shape_a = bodies_.props[static_cast<std::size_t>(candidate.bodies.a)].shape;
     const Shape& shape_b = bodies_.props[static_cast<std::size_t>(candidate.bodies.b)].shape;
-    separations_[candidate.slot] = {separation({shape_a, a}, {shape_b, b}), a, b};
+    separations_[candidate.slot] = {separation({shape_a, a}, {shape_b, b}), a, b, 0.0};
 }
 
-/// Of a pair at the present poses; see Near.
-double PairDistances::margin(const Candidates& candidates, const Candidate& candidate) {
+/// Of a pair at the present poses: within the step?
+bool PairDistances::may_touch(const Candidates& candidates, const Candidate& candidate) {
     const BodyPair& pair = candidate.bodies;
     const double apart =
-        are_boxes(pair) ? axes_[candidate.slot].separation() : least_separation(candidate, bodies_.pose);
+        candidate.are_boxes ? axes_[candidate.slot].separation() : least_separation(candidate, bodies_.pose);
     // Most are farther than they can get, which is told without their velocities.
-    const double found = apart > candidates.farthest(pair) ? is_far : candidates.margin_of(pair);
-    return apart > found ? is_far : found;
+    return !(apart > candidates.farthest(pair)) && !(apart > candidates.margin_of(pair));
 }
 
-const std::vector<PairDistances::Near>& PairDistances::find_near(Candidates& candidates) {
+std::span<const std::uint32_t> PairDistances::find_near(Candidates& candidates) {
     place(candidates, bodies_.pose, [&](std::size_t i) {
-        return is_box_[i] != 0 && (box_pose_[i].position != bodies_.pose[i].position ||
-                                   box_pose_[i].orientation.coeffs() != bodies_.pose[i].orientation.coeffs());
+        return is_box_[i] != 0 && (looked_at_[i].position != bodies_.pose[i].position ||
+                                   looked_at_[i].orientation.coeffs() != bodies_.pose[i].orientation.coeffs());
     });
     const std::span<Candidate> all = candidates.all();
-    margin_.resize(all.size());
     const auto find = [&](std::size_t first, std::size_t last) {
         update_axes(all.subspan(first, last - first));
         for (std::size_t k = first; k < last; ++k) {
-            margin_[k] = margin(candidates, all[k]);
+            all[k].is_near = may_touch(candidates, all[k]);
             all[k].is_new = false;
         }
     };
     workers_.run(all.size(), find, least_shared);
     near_.clear();
     for (std::size_t k = 0; k < all.size(); ++k) {
-        if (margin_[k] != is_far) {
-            near_.push_back({k, margin_[k]});
+        if (all[k].is_near) {
+            near_.push_back(static_cast<std::uint32_t>(k));
         }
     }
     return near_;
@@ -136,12 +130,8 @@ const std::vector<PairDistances::Near>& PairDistances::find_near(Candidates& can
 
 void PairDistances::check(Candidates& candidates, std::span<const Pose> planned, bool is_first) {
     place(candidates, planned, [&](std::size_t i) {
-        const bool is_moved =
-            is_first || moved_by(bodies_.props[i], checked_pose_[i], planned[i], Vec3::Zero()) > recheck_share * settings_.tolerance;
-        if (is_moved) {
-            checked_pose_[i] = planned[i];
-        }
-        return is_moved;
+        return is_first ||
+               moved_by(bodies_.props[i], looked_at_[i], planned[i], Vec3::Zero()) > recheck_share * settings_.tolerance;
     });
     const std::span<Candidate> all = candidates.all();
     const auto check_some = [&](std::size_t first, std::size_t last) {
@@ -149,14 +139,12 @@ void PairDistances::check(Candidates& candidates, std::span<const Pose> planned,
         for (Candidate& candidate : all.subspan(first, last - first)) {
             const auto a = static_cast<std::size_t>(candidate.bodies.a);
             const auto b = static_cast<std::size_t>(candidate.bodies.b);
-            double& depth = penetration_[candidate.slot];
-            if (are_boxes(candidate.bodies)) {
-                depth = -axes_[candidate.slot].separation();
-            } else if (has_moved(candidate)) {
-                depth = -least_separation(candidate, planned);
+            if (!candidate.are_boxes && has_moved(candidate)) {
+                double depth = -least_separation(candidate, planned);
                 if (depth >= 0.0) {
                     depth = -separation({bodies_.props[a].shape, planned[a]}, {bodies_.props[b].shape, planned[b]});
                 }
+                separations_[candidate.slot].penetration = depth;
             }
             candidate.is_new = false;
         }

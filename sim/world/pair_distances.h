@@ -1,5 +1,6 @@
 #pragma once
 /// How far candidates are apart, at the present poses and at planned ones: what was found is kept while the bodies stay.
+#include "sim/base/grow.h"
 #include "sim/base/workers.h"
 #include "sim/collide/box_axes.h"
 #include "sim/world/candidates.h"
@@ -13,23 +14,17 @@ public:
     /// The first `count` of the bodies are in candidates; `bodies` and `settings` stay where they are.
     PairDistances(const Bodies& bodies, std::size_t count, const StepSettings& settings, Workers& workers);
 
-    /// A pair that may touch within the step.
-    struct Near {
-        std::size_t candidate = 0;
-        double margin = 0.0; ///< [m] see Candidates::margin_of
-    };
-    /// Those of the candidates at the present poses.
-    const std::vector<Near>& find_near(Candidates& candidates);
+    /// Indices of the candidates that may touch within the step, at the present poses.
+    std::span<const std::uint32_t> find_near(Candidates& candidates);
 
     /// Depths of penetration of the candidates at `planned` poses. is_first: of this plan; later only pairs of bodies that
     /// moved since are looked at.
     void check(Candidates& candidates, std::span<const Pose> planned, bool is_first);
-    /// [m] of the candidate in this slot, then.
-    double penetration(std::size_t slot) const { return penetration_[slot]; }
-
-    bool are_boxes(const BodyPair& pair) const {
-        return is_box_[static_cast<std::size_t>(pair.a)] != 0 && is_box_[static_cast<std::size_t>(pair.b)] != 0;
+    /// [m] then.
+    double penetration(const Candidate& candidate) const {
+        return candidate.are_boxes ? -axes_[candidate.slot].separation() : separations_[candidate.slot].penetration;
     }
+
     const BoxAxes& axes(std::size_t slot) const { return axes_[slot]; } ///< of boxes
     /// Others, no box and no contact: they are looked at again once they may have come near.
     void set_apart(const Candidate& candidate);
@@ -40,27 +35,25 @@ private:
     void update_axes(std::span<const Candidate> candidates);
     bool has_moved(const Candidate& candidate) const;
     double least_separation(const Candidate& candidate, std::span<const Pose> poses);
-    double margin(const Candidates& candidates, const Candidate& candidate);
+    bool may_touch(const Candidates& candidates, const Candidate& candidate);
 
     const Bodies& bodies_;
     const StepSettings& settings_;
     Workers& workers_;
     std::vector<char> is_box_;           ///< [count] a single box, not a part of a compound
     std::vector<PlacedBoxRow> box_rows_; ///< [count]
-    std::vector<Pose> box_pose_;         ///< [count] at which the axes of a body's pairs were found
-    std::vector<Pose> checked_pose_;     ///< [count] planned poses when a body's pairs were last looked at
+    std::vector<Pose> looked_at_;        ///< [count] poses at which a body's pairs were last looked at
     std::vector<char> moved_;            ///< [count] since then
-    std::vector<BoxAxes> axes_;          ///< [slots] of pairs of boxes
+    std::vector<BoxAxes> axes_;          ///< [slots of boxes]
     /// A separation [m] that was found, and at which poses.
     struct Separation {
         double distance = -std::numeric_limits<double>::infinity();
         Pose a;
         Pose b;
+        double penetration = 0.0; ///< [m] at the planned poses, by check()
     };
-    std::vector<Separation> separations_; ///< [slots] of other pairs, where the last look found them apart
-    std::vector<double> penetration_;     ///< [slots]
-    std::vector<double> margin_;          ///< [candidates] see Near; negative: too far apart
-    std::vector<Near> near_;
+    std::vector<Separation> separations_; ///< [slots of others] where the last look found them apart
+    std::vector<std::uint32_t> near_;
 };
 
 } // namespace sim

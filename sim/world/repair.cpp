@@ -63,7 +63,7 @@ int Repair::repair(std::span<const Velocity> at_node) {
     std::vector<int> changed; // pairs whose contacts go into the solve
     std::vector<int> added;
     for (const Candidate& candidate : search_.candidates.all()) {
-        const double depth = search_.distances.penetration(candidate.slot);
+        const double depth = search_.distances.penetration(candidate);
         verified_penetration = std::max(verified_penetration, depth);
         if (depth <= settings_.tolerance) {
             continue;

@@ -105,7 +105,6 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     has_drives = !bodies.kinematic.empty() || std::ranges::any_of(joints, has_motor);
     settings.impacts = impact_handling(scene);
     contact_solver.set_workers(&workers);
-    collision_solver.set_workers(&workers);
 }
 
 /// Contacts and plan of the first step.

@@ -146,8 +146,8 @@ void one_sweep(benchmark::State& state) {
         like.b = i + n * n;
         like.mu_s = like.mu_d = 0.1;
         const std::size_t first = loop.contacts.size();
-        for (std::size_t k = 0; k < own.size(); ++k) {
-            loop.contacts.push_back({&own[k], static_cast<int>(k)});
+        for (const sim::Contact& contact : own) {
+            loop.contacts.push_back(&contact);
         }
         const std::size_t place = loop.blocks.size();
         loop.blocks.resize(place + sim::block_count(own));

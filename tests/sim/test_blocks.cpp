@@ -23,8 +23,8 @@ struct Pair {
 
     void arrange(double margin, double mu) {
         find_contacts({bodies.props[0].shape, bodies.pose[0]}, {bodies.props[1].shape, bodies.pose[1]}, margin, contacts);
-        for (std::size_t i = 0; i < contacts.size(); ++i) {
-            loop.contacts.push_back({&contacts[i], static_cast<int>(i)});
+        for (const Contact& contact : contacts) {
+            loop.contacts.push_back(&contact);
         }
         Block like;
         like.a = 0;
@@ -246,7 +246,7 @@ TEST(blocks, a_new_block_begins_where_the_normal_changes) {
     add_body(pair.bodies, make_props(Sphere{0.5}, 1000.0), Pose{});
     add_body(pair.bodies, make_props(Plane{}, 0.0), Pose{});
     for (int i = 0; i < 3; ++i) {
-        pair.loop.contacts.push_back({&contacts[static_cast<std::size_t>(i)], i});
+        pair.loop.contacts.push_back(&contacts[static_cast<std::size_t>(i)]);
     }
     Block like;
     like.a = 0;
@@ -283,7 +283,7 @@ TEST(blocks, no_two_lanes_of_a_batch_move_the_same_body) {
         block.b = b;
         block.first = static_cast<int>(loop.contacts.size());
         block.count = 1;
-        loop.contacts.push_back({&contact, 0});
+        loop.contacts.push_back(&contact);
     };
     for (int i = 1; i < 120; ++i) {
         add_body(bodies, make_props(Sphere{}, 1.0), Pose{});

@@ -28,7 +28,8 @@ struct Impacts {
     }
     CollisionReport resolve() {
         velocity = bodies.velocity;
-        CollisionSolver solver;
+        Blocks memory;
+        CollisionSolver solver(memory);
         solver.most_sweeps = most_sweeps;
         return solver.resolve(bodies, pairs, {}, settings, velocity);
     }

@@ -38,8 +38,9 @@ struct Stack {
         found.manifold.body_b = b;
         const auto ia = static_cast<std::size_t>(a);
         const auto ib = static_cast<std::size_t>(b);
-        find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 1e-3, found.manifold.contacts);
-        match_memory(found, 0.0);
+        std::vector<Contact> contacts;
+        find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 1e-3, contacts);
+        replace_contacts(found, contacts, 0.0);
     }
     void solve() {
         solver.prepare(bodies, pairs, {}, settings, h);
@@ -119,25 +120,27 @@ TEST(contact_solver, without_contacts_bodies_move_freely) {
 
 TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
     Stack stack(1);
-    std::vector<ContactMemory> old = stack.pairs[0].memory;
+    PairContacts old = stack.pairs[0];
+    const std::vector<Contact> contacts = old.manifold.contacts;
     for (std::size_t i = 0; i < 4; ++i) {
-        old[i].p_n = static_cast<double>(i + 1);
+        old.memory[i].p_n = static_cast<double>(i + 1);
     }
-    std::ranges::reverse(old);
-    stack.pairs[0].memory = old;
-    match_memory(stack.pairs[0], 0.01);
+    std::ranges::reverse(old.memory);
+    std::ranges::reverse(old.manifold.contacts);
+    PairContacts pair = old;
+    replace_contacts(pair, contacts, 0.01);
     for (std::size_t i = 0; i < 4; ++i) {
-        EXPECT_EQ(stack.pairs[0].memory[i].p_n, static_cast<double>(i + 1));
+        EXPECT_EQ(pair.memory[i].p_n, static_cast<double>(i + 1));
+        EXPECT_EQ(pair.manifold.contacts[i].feature.id, contacts[i].feature.id);
     }
-    for (ContactMemory& memory : old) {
-        memory.id += 1000; // other features, 1 mm away
-        memory.core_a.x() += 1e-3;
+    for (Contact& contact : old.manifold.contacts) {
+        contact.feature.id += 1000; // other features, 1 mm away
+        contact.feature.core_a.x() += 1e-3;
     }
-    stack.pairs[0].memory = old;
-    match_memory(stack.pairs[0], 0.01);
-    EXPECT_EQ(stack.pairs[0].memory[2].p_n, 3.0);
-    EXPECT_EQ(stack.pairs[0].memory[2].id, stack.pairs[0].manifold.contacts[2].feature.id);
-    stack.pairs[0].memory = old;
-    match_memory(stack.pairs[0], 1e-4); // out of reach
-    EXPECT_EQ(stack.pairs[0].memory[2].p_n, 0.0);
+    pair = old;
+    replace_contacts(pair, contacts, 0.01);
+    EXPECT_EQ(pair.memory[2].p_n, 3.0);
+    pair = old;
+    replace_contacts(pair, contacts, 1e-4); // out of reach
+    EXPECT_EQ(pair.memory[2].p_n, 0.0);
 }
