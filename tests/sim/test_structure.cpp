@@ -1,5 +1,10 @@
 // The structure of the code as sim/README.md and render/README.md state it: the order of the rooms, what render/ may see
 // of sim/, and which files own the headers of each library. The lists are read from the pages, so they cannot fall behind.
+#include "sim/collide/box_axes.h"
+#include "sim/solve/contact_memory.h"
+#include "sim/solve/rest_batch.h"
+#include "sim/world/candidates.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -80,7 +85,7 @@ using Values = std::map<std::string, std::set<std::string>>;
 
 /// Names and values of the constants of the core, as the code has them.
 Values constants_of_code() {
-    const std::set<std::string> of_the_language = {"infinity", "cache_line", "is_far"};
+    const std::set<std::string> of_the_language = {"infinity", "cache_line"};
     static const std::regex constant(R"(constexpr (?:double|int|std::size_t) (\w+) = ([^;]+);)");
     Values values;
     for (const char* room : {"sim/block", "sim/solve", "sim/world"}) {
@@ -289,4 +294,42 @@ TEST(structure, table_of_constants_is_that_of_the_code) {
     const Values code = constants_of_code();
     EXPECT_GT(code.size(), 40u) << "nothing was searched";
     EXPECT_EQ(constants_of_page(), code);
+}
+
+TEST(structure, table_of_records_is_that_of_the_code) {
+    using namespace sim;
+    const std::map<std::string, std::size_t> code = {
+        {"Contact", sizeof(Contact)},
+        {"ContactMemory", sizeof(ContactMemory)},
+        {"BatchPoint", sizeof(BatchPoint) / lane_count},
+        {"RestPoint", sizeof(RestPoint) / lane_count},
+        {"ExtrapolatedPoint", sizeof(ExtrapolatedPoint) / lane_count},
+        {"PairContacts", sizeof(PairContacts)},
+        {"BlockBatch", sizeof(BlockBatch) / lane_count},
+        {"RestBlock", sizeof(RestBlock) / lane_count},
+        {"Block", sizeof(Block)},
+        {"Candidate", sizeof(Candidate)},
+        {"BoxAxes", sizeof(BoxAxes)},
+        {"BodyProps", sizeof(BodyProps)},
+        {"Pose", sizeof(Pose)},
+        {"Velocity", sizeof(Velocity)},
+        {"BodyRows", sizeof(BodyRows)},
+        {"PlacedBoxRow", sizeof(PlacedBoxRow)},
+    };
+    static const std::regex row(R"(\| `(\w+)` \| `([\w/.]+)` \| (\d+) \|.*)");
+    std::ifstream in(fs::path(TUMBLE_SOURCE_DIR) / "sim/README.md");
+    std::map<std::string, std::size_t> page;
+    std::string line;
+    while (std::getline(in, line) && line != "<!-- records -->") {
+    }
+    while (std::getline(in, line) && line.starts_with("|")) {
+        std::smatch found;
+        if (std::regex_match(line, found, row)) {
+            page[found[1]] = std::stoul(found[3]);
+            std::ifstream file(fs::path(TUMBLE_SOURCE_DIR) / "sim" / found[2].str());
+            const std::string text(std::istreambuf_iterator<char>(file), {});
+            EXPECT_TRUE(std::regex_search(text, std::regex("struct (alignas\\(\\d+\\) )?" + found[1].str() + " \\{"))) << line;
+        }
+    }
+    EXPECT_EQ(page, code);
 }
