@@ -152,10 +152,10 @@ FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume
         lower = glm::min(lower, p);
         upper = glm::max(upper, p);
     }
-    // Points are multiples of the cell, so that the values on the floor do not wander with the volume.
-    const glm::vec2 first =
-        glm::floor((lower + floor.grid_origin) / volume.cell()) * volume.cell() - floor.grid_origin;
-    const glm::ivec2 size = glm::clamp(glm::ivec2((upper - first) / volume.cell()) + 2, glm::ivec2(1),
+    // Points are multiples of their distance, so that the values on the floor do not wander with the volume.
+    const float distance = volume.point_distance();
+    const glm::vec2 first = glm::floor((lower + floor.grid_origin) / distance) * distance - floor.grid_origin;
+    const glm::ivec2 size = glm::clamp(glm::ivec2((upper - first) / distance) + 2, glm::ivec2(1),
                                        glm::ivec2(2 * OcclusionVolume::most_cells));
     result.width = size.x;
     result.height = size.y;
@@ -165,7 +165,7 @@ FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume
         for (int x = 0; x < size.x; x += 4) {
             std::array<glm::vec3, 4> points;
             for (int k = 0; k < 4; ++k) {
-                const glm::vec2 p = first + (glm::vec2(x + k, y) + 0.5f) * volume.cell();
+                const glm::vec2 p = first + (glm::vec2(x + k, y) + 0.5f) * distance;
                 points[static_cast<std::size_t>(k)] =
                     floor.frame.origin + floor.frame.tangent * p.x + across * p.y;
             }
@@ -173,7 +173,7 @@ FloorOcclusion floor_occlusion(const Floor& floor, const OcclusionVolume& volume
             result.open.insert(result.open.end(), open.begin(), open.begin() + std::min(4, size.x - x));
         }
     }
-    const glm::vec2 scale = 1.0f / (glm::vec2(size) * volume.cell());
+    const glm::vec2 scale = 1.0f / (glm::vec2(size) * distance);
     result.place = glm::vec4(scale, -first * scale);
     return result;
 }

@@ -13,9 +13,7 @@ namespace {
 
 /// A face larger than this many cells of the occlusion volume is large.
 constexpr float small_cells = 4.0f;
-/// Distance in cells of the points at which the share of the sky is taken on a large face, and the most of
-/// them along one side.
-constexpr float point_distance_cells = 1.5f;
+/// Points along one side of a large face at which the share of the sky is taken, at most.
 constexpr int most_points = SkyAtlas::width / 2;
 
 /// Places rectangles in rows of the atlas: each row as high as its highest one.
@@ -136,7 +134,7 @@ private:
 
     void fill_atlas(const glm::vec3& normal, Face& face) {
         const auto points_along = [this](const glm::vec3& half) {
-            const float n = 2.0f * glm::length(half) / (point_distance_cells * list_.occlusion.cell());
+            const float n = 2.0f * glm::length(half) / list_.occlusion.point_distance();
             return static_cast<int>(std::clamp(std::ceil(n) + 1.0f, 2.0f, static_cast<float>(most_points)));
         };
         const glm::ivec2 count(points_along(face.half_u), points_along(face.half_v));

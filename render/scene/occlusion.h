@@ -48,6 +48,9 @@ public:
 
     bool is_empty() const { return levels_[0].filled.empty(); }
     float cell() const { return cell_; }
+    /// Between points of a large surface at which the share of the sky is taken [m]; at cells and a half, what is
+    /// interpolated between them cannot be told from a point in each cell.
+    float point_distance() const { return 1.5f * cell_; }
     glm::vec3 lower() const { return lower_; }
     glm::vec3 upper() const { return lower_ + glm::vec3(levels_[0].size) * cell_; }
 
