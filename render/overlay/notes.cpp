@@ -56,6 +56,14 @@ bool is_hop(const Path& from, const Path& to) {
     return std::abs(a - b) <= largest_climb * std::max(a, b);
 }
 
+bool is_hop_in_world(const ContactPath& path, std::size_t i) {
+    if (!is_hop(path.on_body[i - 1], path.on_body[i])) {
+        return false;
+    }
+    const double distance = (path.in_world[i].front().at - path.in_world[i - 1].back().at).norm();
+    return distance <= largest_jump * path.on_body[i].front().at.norm();
+}
+
 Energies energies(const sim::SceneDef& scene, const sim::Snapshot& snapshot) {
     const sim::Mechanics all = sim::mechanics(scene, snapshot);
     double mass = 0.0;

@@ -3,6 +3,7 @@
 #include "sim/model/scene_def.h"
 #include "sim/model/snapshot.h"
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -33,6 +34,10 @@ struct ContactPath {
 /// Whether two pieces of a contact path on the body belong together: the body hopped. Not if the contact went to
 /// another part of it, nearer its centre or farther away, where a line between them would leave the body.
 bool is_hop(const Path& from, const Path& to);
+
+/// Whether pieces i - 1 and i belong together in the world too: not if the body's next contact is across the circle in
+/// which it rolls.
+bool is_hop_in_world(const ContactPath& path, std::size_t i);
 
 /// What is remembered at one instant. A path ends at that instant.
 struct Notes {

@@ -230,7 +230,7 @@ void WorldLayer::draw_paths(Canvas& canvas, const Projection& projection, const 
                 points.push_back(to_glm(point.at));
             }
             projection.stroke(canvas, points, in_world, full);
-            if (i > 0 && is_hop(path.on_body[i - 1], path.on_body[i])) {
+            if (i > 0 && is_hop_in_world(path, i)) {
                 points = {to_glm(path.in_world[i - 1].back().at), to_glm(path.in_world[i].front().at)};
                 projection.stroke(canvas, points, in_world, faint);
             }

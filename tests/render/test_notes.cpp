@@ -186,6 +186,13 @@ TEST(notes, a_hop_is_short_and_stays_on_the_body) {
     EXPECT_FALSE(is_hop(from, {}));
 }
 
+TEST(notes, a_hop_across_the_circle_of_a_contact_is_none_in_the_world) {
+    render::ContactPath path{0, {{{1.0, {0, 0, -1}}}, {{1.02, {1.05, 0, 0}}}}, {{{1.0, {0, 0, 0}}}, {{1.02, {0.2, 0, 0}}}}};
+    EXPECT_TRUE(is_hop_in_world(path, 1));
+    path.in_world[1][0].at.x() = 1.0;
+    EXPECT_FALSE(is_hop_in_world(path, 1));
+}
+
 TEST(notes, of_several_contacts_the_strongest_is_followed) {
     sim::SceneDef scene = ball_scene();
     sample::show(scene, sim::Shown::contact_paths);
