@@ -14,8 +14,8 @@ std::string base64(std::string_view bytes) {
 
 std::optional<std::string> bytes_of_base64(std::string_view text) {
     const std::size_t padding = text.ends_with("==") ? 2 : text.ends_with("=") ? 1 : 0;
-    // It would pass over white space.
-    if (text.size() % 4 != 0 || text.find_first_of(" \t\r\n") != std::string_view::npos) {
+    // It would pass over white space, and take padding anywhere.
+    if (text.size() % 4 != 0 || text.substr(0, text.size() - padding).find_first_of("= \t\r\n") != std::string_view::npos) {
         return {};
     }
     std::string bytes(text.size() / 4 * 3, '\0');

@@ -5,13 +5,14 @@
 
 namespace sim {
 
-/// A vector that has to grow gets this share [-] more than it needs; the library's own growth gives up to all of it more.
-inline constexpr std::size_t spare_share = 16; // one of so many
+/// A vector that has to grow gets one part in so many [-] more than it needs; the library's own growth gives up to all of it
+/// more. A heap that settles seldom grows.
+inline constexpr std::size_t spare_part = 16;
 
 template <typename T>
 void make_room(std::vector<T>& values, std::size_t size) {
     if (size > values.capacity()) {
-        values.reserve(size + size / spare_share);
+        values.reserve(size + size / spare_part);
     }
 }
 

@@ -19,14 +19,20 @@ constexpr int first_held_pass = 8;
 /// Kinetic energy a pass may add to rounding, as a share [-] of the energy before it.
 constexpr double energy_rounding = 1e-13;
 
-double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity, std::span<const std::size_t> included) {
+/// velocity_of(i): of body i.
+template <typename VelocityOf>
+double kinetic_energy_by(const Bodies& bodies, std::span<const std::size_t> included, VelocityOf&& velocity_of) {
     double energy = 0.0;
     for (const std::size_t i : included) {
         if (!bodies.props[i].is_static()) {
-            energy += sim::kinetic_energy(bodies.props[i], bodies.pose[i].orientation, velocity[i]);
+            energy += sim::kinetic_energy(bodies.props[i], bodies.pose[i].orientation, velocity_of(i));
         }
     }
     return energy;
+}
+
+double kinetic_energy(const Bodies& bodies, std::span<const Velocity> velocity, std::span<const std::size_t> included) {
+    return kinetic_energy_by(bodies, included, [&](std::size_t i) { return velocity[i]; });
 }
 
 /// How fast a contact approaches [m/s]: now, and as it does in this pass: 0 if it is no collision.
@@ -212,13 +218,8 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
     iterate(plastic_, settings, converged);
     const double plastic_work = work_of_pass();
     const double e0 = kinetic_energy(bodies, plastic_, in_pass_) - plastic_work;
-    double e_half = 0.0;
-    for (const std::size_t i : in_pass_) {
-        if (!bodies.props[i].is_static()) {
-            e_half += sim::kinetic_energy(bodies.props[i], bodies.pose[i].orientation, between(plastic_[i], velocity[i], 0.5));
-        }
-    }
-    e_half -= 0.5 * (plastic_work + work_);
+    const auto half_way = [&](std::size_t i) { return between(plastic_[i], velocity[i], 0.5); };
+    const double e_half = kinetic_energy_by(bodies, in_pass_, half_way) - 0.5 * (plastic_work + work_);
     const double curvature = 2.0 * (elastic + e0 - 2.0 * e_half);
     const double slope = elastic - e0 - curvature;
     const double missing = start - e0;
