@@ -175,7 +175,7 @@ double CollisionSolver::work_of_pass() {
     if (kinematic_.empty()) {
         return 0.0;
     }
-    const double before = std::exchange(joint_work_, joints_.work(kinematic_, nullptr, {}).all);
+    const double before = std::exchange(joint_work_, joints_.work(kinematic_, nullptr).all);
     double work = joint_work_ - before;
     for (const Block& block : loop_.blocks) {
         const std::size_t lane = Blocks::lane_of(block);
@@ -314,6 +314,10 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
     CollisionReport report;
     std::vector<char>& touched = report.touched;
     touched.assign(velocity.size(), 0);
+    const auto touch = [&](int body) {
+        const auto i = static_cast<std::size_t>(body);
+        touched[i] = touched[i] != 0 || !bodies.props[i].is_static();
+    };
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
         if (report.iterations + sweeps_to_arrange * report.passes >= most_sweeps) {
             report.converged = false; // what still approaches is left to the resting solve
@@ -326,7 +330,8 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
             kinematic_ = bodies.kinematic.empty() ? std::vector<Velocity>{} : kinematic_velocity(bodies);
             joint_work_ = 0.0;
             for (const Joint& joint : joints) {
-                touched[static_cast<std::size_t>(joint.a)] = touched[static_cast<std::size_t>(joint.b)] = 1;
+                touch(joint.a);
+                touch(joint.b);
             }
         }
         joints_.solve(velocity);
@@ -343,7 +348,8 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         report.collisions += static_cast<int>(loop_.contacts.size());
         ++report.passes;
         for (const Block& block : loop_.blocks) {
-            touched[static_cast<std::size_t>(block.a)] = touched[static_cast<std::size_t>(block.b)] = 1;
+            touch(block.a);
+            touch(block.b);
         }
         is_changed_.assign(velocity.size(), 0);
         for (const std::size_t i : in_pass_) {

@@ -25,7 +25,7 @@ struct CollisionReport {
     /// The last pass converged, and no contact is left that collides. What an earlier pass left undone the next one mends.
     bool converged = true;
     Unsettled unsettled; ///< if it did not
-    std::vector<char> touched; ///< [body_count] 1: its velocity may have changed
+    std::vector<char> touched; ///< [body_count] 1: its velocity may have changed; static bodies: 0
 };
 
 /// Resolves collisions in passes: a pass contains the contacts that are collisions when it starts, later ones what touches

@@ -78,14 +78,10 @@ void sum_up(PairContacts& pair) {
     }
 }
 
-void apply_half_kicks(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
-                  std::span<Velocity> velocity) {
+void apply_half_kicks(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<Velocity> velocity) {
     for (const PairContacts& pair : pairs) {
         const auto a = static_cast<std::size_t>(pair.manifold.body_a);
         const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-        if (!only.empty() && only[a] == 0 && only[b] == 0) {
-            continue;
-        }
         const Vec3& impulse = pair.owed_impulse;
         velocity[a].v += bodies.props[a].inverse_mass * impulse;
         velocity[b].v -= bodies.props[b].inverse_mass * impulse;

@@ -28,7 +28,7 @@ constexpr double limit_rounding = 1e-9;
 /// take away again, and no tower rests on such.
 constexpr double soft_band = 0.5;
 
-/// A speculative impact is passed on by contacts whose impulse exceeds this many times [-] the last step's force, and the weight.
+/// An impact is passed on by contacts whose impulse exceeds this many times [-] the last step's force, and the weight.
 /// What the bodies that it reaches feel beyond these answers it and is no force. Elsewhere all impulses are: of a load that only
 /// moves from one contact to another, what counts and what does not must balance, or bodies at rest would be told to approach.
 constexpr double largest_growth = 2.0;
@@ -69,7 +69,8 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
               .gravity = {gravity.x(), gravity.y(), gravity.z()},
               .weight = gravity.norm(),
               .warm_start = settings.warm_start,
-              .is_doubtful = memory_interval_ == 0.0};
+              .is_doubtful = memory_interval_ == 0.0,
+              .is_stretched = h > memory_interval_};
 }
 
 void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
@@ -92,30 +93,23 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     std::ranges::sort(to_.solved);
     to_.move_others(bodies, contacts_.loop.workers);
     contacts_.begin(bodies, pairs, settings, rules_, to_);
-    is_stretched_ = h > memory_interval_;
+    is_guess_ = true;
 }
 
-/// Impulses p minimise p.A p / 2 + b.p where they converge: the share s of a guess p is best at 1 - p.r / p.A p, where r is
-/// how much faster than their targets the contacts part with all of it, and p.A p twice the kinetic energy of what it changes.
-/// Returns whether less than all was nearer.
-bool ContactSolver::scale_warm_start(const Bodies& bodies) {
-    double work = 0.0; // p.r [J]
-    for (const Block& block : contacts_.loop.blocks) {
-        const BlockBatch& batch = contacts_.loop.batch_of(block);
-        const std::size_t lane = Blocks::lane_of(block);
-        const Vec6 twist = LaneFrame(batch, lane).relative_twist(to_.velocity);
-        for (const BatchPoint& of : contacts_.loop.points_of(batch).first(static_cast<std::size_t>(block.count))) {
-            const LanePoint point(of, lane);
-            const Vec2 target(of.u_t_target[0].x[lane], of.u_t_target[1].x[lane]);
-            work += point.p_n * (point.normal_velocity(twist) - of.u_n_target.x[lane]) +
-                    point.p_t.dot(point.tangential_velocity(twist) - target);
-        }
+/// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at 1 - g.r / g.A g, where
+/// r is how much faster than their targets the contacts part with all of it, and g.A g twice the kinetic energy of what g
+/// changes. g is what is uncertain: impulses that answered an impact; all of them, from a shorter interval or an unconverged
+/// solve. Returns whether less than all was nearer.
+bool ContactSolver::scale_guess(const Bodies& bodies) {
+    change_.resize(to_.velocity.size());
+    for (const std::size_t i : to_.solved) {
+        change_[i] = {};
     }
-    double energy = 0.0; // p.A p [J]
+    const double work = contacts_.apply_uncertain(to_.velocity, change_); // g.r [J]
+    double energy = 0.0;                                                  // g.A g [J]
     for (const std::size_t i : to_.solved) {
         if (!bodies.props[i].is_static()) {
-            const Velocity change{to_.velocity[i].v - bodies.velocity[i].v, to_.velocity[i].w - bodies.velocity[i].w};
-            energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change);
+            energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
         }
     }
     const double share = std::clamp(1.0 - work / energy, 0.0, 1.0);
@@ -123,10 +117,10 @@ bool ContactSolver::scale_warm_start(const Bodies& bodies) {
         return false; // all of it is nearer than none
     }
     for (const std::size_t i : to_.solved) {
-        to_.velocity[i].v = bodies.velocity[i].v + share * (to_.velocity[i].v - bodies.velocity[i].v);
-        to_.velocity[i].w = bodies.velocity[i].w + share * (to_.velocity[i].w - bodies.velocity[i].w);
+        to_.velocity[i].v -= (1.0 - share) * change_[i].v;
+        to_.velocity[i].w -= (1.0 - share) * change_[i].w;
     }
-    contacts_.scale(share);
+    contacts_.scale_uncertain(share);
     to_.update(bodies, contacts_.loop.workers);
     return true;
 }
@@ -166,7 +160,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     for (int outer = 0; outer < outer_limit && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
         report.residual = outer == 0 ? measure.all() : measure.again(measured_);
-        if (std::exchange(is_stretched_, false) && report.residual > gap_tolerance && scale_warm_start(bodies)) {
+        if (std::exchange(is_guess_, false) && report.residual > gap_tolerance && scale_guess(bodies)) {
             report.residual = measure.all();
         }
         report.joint_residual =
@@ -201,39 +195,24 @@ void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContact
                                    std::span<Joint> joints) {
     memory_interval_ = converged_ ? rules_.h : 0.0;
     contacts_.store(bodies, pairs, to_.velocity);
-    joint_before_ = joint_weight_;
-    const auto is_hit = [&](const Joint& joint) { return contacts_.is_hit(joint.a) || contacts_.is_hit(joint.b); };
-    const bool are_hit = std::ranges::any_of(joints, is_hit);
-    const std::vector<double> sizes = joints_.impulse_sizes(joints.size());
-    joints_.store_impulses(joints);
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-        JointMemory& memory = joints[i].memory;
-        const double interval = impulse_interval(joint_weight_[i], rules_.h);
-        // What answers a speculative impact is no force, as for contacts: see RestingContacts::find_hit_bodies().
-        const double force = sizes[i] / interval;
-        const double share = are_hit && force > memory.force ? memory.force / force : 1.0;
-        joint_before_[i] *= share;
-        memory.force = share * force;
-        memory.owed = share * 0.5 * rules_.h / interval;
-        memory.last_interval = rules_.h;
+    joints_.store(joints, joint_weight_);
+    for (Joint& joint : joints) {
+        joint.memory.last_interval = rules_.h;
     }
 }
 
 std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bodies) {
     at_node_ = bodies.velocity;
-    joints_.add_weighted(joint_before_, at_node_);
     contacts_.apply_half_kicks(at_node_);
+    joints_.add_before(joint_weight_, at_node_);
     return at_node_;
 }
 
 DriveWork ContactSolver::drive_work(const Bodies& bodies) {
     const std::vector<Velocity> velocity = kinematic_velocity(bodies);
     DriveWork work = contacts_.work_by(velocity);
-    JointSolver::Kick kick{bodies.velocity, {}, to_.velocity};
-    if (joints_.has_motors()) {
-        kick.at_node = find_velocity_at_node(bodies);
-    }
-    const DriveWork of_joints = joints_.work(velocity, joints_.has_motors() ? &kick : nullptr, joint_before_);
+    const JointSolver::Kick kick{bodies.velocity, find_velocity_at_node(bodies), to_.velocity};
+    const DriveWork of_joints = joints_.work(velocity, joints_.has_motors() ? &kick : nullptr);
     work.all += of_joints.all;
     work.ahead += of_joints.ahead;
     return work;

@@ -79,7 +79,7 @@ private:
 
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
-    bool scale_warm_start(const Bodies& bodies);
+    bool scale_guess(const Bodies& bodies);
     int iterate(int budget, bool& converged);
 
     StepSettings settings_;
@@ -88,12 +88,12 @@ private:
     RestingContacts contacts_;
     JointSolver joints_;
     std::vector<double> joint_weight_; ///< [joint_count]
-    std::vector<double> joint_before_; ///< [joint_count] share of the impulses that acts before t0, once stored
     Prediction to_;
     std::vector<Velocity> measured_;   ///< those of the first measurement of this solve
     std::vector<Velocity> at_node_;    ///< memory of find_velocity_at_node()
     bool converged_ = true;            ///< the last solve
-    bool is_stretched_ = false;        ///< impulses are guessed from those of a shorter interval, or of a solve that did not converge
+    std::vector<Velocity> change_;     ///< [body_count] memory of scale_guess()
+    bool is_guess_ = false;            ///< the impulses are those of the last interval
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };
 

@@ -68,24 +68,33 @@ bool RestingContacts::grows(const BlockBatch& batch, std::size_t lane) const {
     return found;
 }
 
-/// Which bodies speculative impacts hit, and which they reach through contacts that pass them on. Such an impact acts as a
-/// whole within the interval, and so do the answers of the contacts that these bodies have: the instants before and after
-/// have no part of them.
+/// Does an impact load the block in lane `lane` of batch i? A speculative one that is held ahead; or one too slow to collide,
+/// which wedges bodies: it did not touch, and now bears far more than a weight.
+bool RestingContacts::is_hit(std::size_t i, std::size_t lane) const {
+    const BlockBatch& batch = loop.batches[i];
+    bool closes = false;
+    for (int k = batch.first; k < batch.first + batch.count && !closes; ++k) {
+        const BatchPoint& point = loop.points[static_cast<std::size_t>(k)];
+        closes = (point.closing >> lane & 1u) != 0 && point.p_n.x[lane] > 0.0;
+    }
+    return closes || ((rest_blocks[i].fresh >> lane & 1u) != 0 && grows(batch, lane));
+}
+
+/// Which bodies impacts hit, and which they reach through contacts that pass them on. An impact acts as a whole within the
+/// interval, and so do the answers of the contacts that these bodies have: the instants before and after have no part of them.
 void RestingContacts::find_hit_bodies(const Bodies& bodies) {
-    is_hit_.assign(bodies.props.size(), 0);
+    is_reached_.assign(bodies.props.size(), 0);
     bool is_passed_on = false;
-    for (const BlockBatch& batch : loop.batches) {
-        for (int k = batch.first; k < batch.first + batch.count; ++k) {
-            const BatchPoint& point = loop.points[static_cast<std::size_t>(k)];
-            for (std::size_t lane = 0; point.closing >> lane != 0; ++lane) {
-                if ((point.closing >> lane & 1u) != 0 && point.p_n.x[lane] > 0.0) {
-                    is_hit_[static_cast<std::size_t>(batch.a[lane])] = is_hit_[static_cast<std::size_t>(batch.b[lane])] = 1;
-                    is_passed_on = true;
-                }
+    for (std::size_t i = 0; i < loop.batches.size(); ++i) {
+        const BlockBatch& batch = loop.batches[i];
+        for (std::size_t lane = 0; lane < lane_count; ++lane) {
+            if (batch.block[lane] >= 0 && is_hit(i, lane)) {
+                is_reached_[static_cast<std::size_t>(batch.a[lane])] = 1;
+                is_reached_[static_cast<std::size_t>(batch.b[lane])] = 1;
+                is_passed_on = true;
             }
         }
     }
-    is_reached_ = is_hit_;
     while (is_passed_on) {
         is_passed_on = false;
         for (const BlockBatch& batch : loop.batches) {

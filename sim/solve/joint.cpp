@@ -30,6 +30,7 @@ struct JointSolver::Factor {
     Eigen::SparseMatrix<double> matrix;
     std::vector<Eigen::Triplet<double>> entries;
     Eigen::VectorXd right_side;
+    Eigen::VectorXd impulse;
     bool has_pattern = false;
 };
 
@@ -286,64 +287,48 @@ void JointSolver::apply(const Row& row, double p, std::span<Velocity> velocity) 
     b.w -= p * row.turn_b;
 }
 
-void JointSolver::apply_half_kick(std::span<const Joint> joints, std::span<const char> only,
-                                  std::span<Velocity> velocity) {
-    std::vector<double> of_springs(has_springs_ ? rows_.size() : 0);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        const Row& row = rows_[i];
-        const JointMemory& joint = joints[static_cast<std::size_t>(row.joint)].memory;
-        if (only.empty() || only[static_cast<std::size_t>(row.a)] != 0 ||
-            only[static_cast<std::size_t>(row.b)] != 0) {
-            const double owed = joint.owed * joint.impulse[static_cast<std::size_t>(row.index)];
-            apply(row, owed, velocity);
-            if (row.kind == RowKind::spring) {
-                of_springs[i] = joint.spring_owed - owed;
-            }
-        }
+void JointSolver::add_owed(std::span<const Joint> joints, std::span<Velocity> velocity) {
+    for (Row& row : rows_) {
+        const JointMemory& memory = joints[static_cast<std::size_t>(row.joint)].memory;
+        row.half = row.kind == RowKind::spring ? memory.spring_owed : memory.motor_owed;
     }
-    add_springs(of_springs, velocity);
+    half_kick(velocity);
 }
 
-void JointSolver::add_weighted(std::span<const double> weight, std::span<Velocity> velocity) {
-    std::vector<double> of_springs(has_springs_ ? rows_.size() : 0);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        const double before = weight[static_cast<std::size_t>(rows_[i].joint)] * rows_[i].sum;
-        apply(rows_[i], before, velocity);
-        if (rows_[i].kind == RowKind::spring) {
-            of_springs[i] = rows_[i].before - before;
-        }
+void JointSolver::add_before(std::span<const double> weight, std::span<Velocity> velocity) {
+    for (Row& row : rows_) {
+        row.half = row.kind == RowKind::spring ? row.before : weight[static_cast<std::size_t>(row.joint)] * row.sum;
     }
-    add_springs(of_springs, velocity);
+    half_kick(velocity);
 }
 
-/// Impulses [rows] of springs alone, with what holds the joints closed under them. Empty: there are no springs.
-void JointSolver::add_springs(std::span<const double> impulse, std::span<Velocity> velocity) {
-    if (impulse.empty()) {
+/// Gives the half kicks of springs and motors. Those of the other rows are what keeps the joints closed under all forces
+/// (RATTLE, Andersen 1983), whatever is told of these.
+void JointSolver::half_kick(std::span<Velocity> velocity) {
+    if (rows_.empty()) {
         return;
     }
-    std::vector<Velocity> change(velocity.size());
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        apply(rows_[i], impulse[i], change);
+    for (const Row& row : rows_) {
+        if (row.is_drive()) {
+            apply(row, row.half, velocity);
+        }
     }
-    close(change);
-    for (std::size_t i = 0; i < change.size(); ++i) {
-        velocity[i].v += change[i].v;
-        velocity[i].w += change[i].w;
+    const Eigen::VectorXd& closing = close(velocity);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        rows_[i].half = rows_[i].is_drive() ? rows_[i].half : closing[static_cast<Eigen::Index>(i)];
     }
 }
 
-DriveWork JointSolver::work(std::span<const Velocity> kinematic, const Kick* kick, std::span<const double> weight) const {
+DriveWork JointSolver::work(std::span<const Velocity> kinematic, const Kick* kick) const {
     DriveWork sum;
     for (const Row& row : rows_) {
-        const double share = weight.empty() ? 0.0 : weight[static_cast<std::size_t>(row.joint)];
-        const double before = row.kind == RowKind::spring ? row.before : share * row.sum;
-        double until = -before * row_velocity(row, kinematic);
-        double ahead = -(row.sum - before) * row_velocity(row, kinematic);
+        double until = -row.half * row_velocity(row, kinematic);
+        double ahead = -(row.sum - row.half) * row_velocity(row, kinematic);
         if (row.kind == RowKind::motor && kick != nullptr) {
             // An impulse does its work at the mean of the velocities before and after it.
             const double at_node = row_velocity(row, kick->at_node);
-            until += 0.5 * before * (row_velocity(row, kick->before) + at_node);
-            ahead += 0.5 * (row.sum - before) * (at_node + row_velocity(row, kick->after));
+            until += 0.5 * row.half * (row_velocity(row, kick->before) + at_node);
+            ahead += 0.5 * (row.sum - row.half) * (at_node + row_velocity(row, kick->after));
         }
         sum.all += until + ahead;
         sum.ahead += ahead;
@@ -351,47 +336,31 @@ DriveWork JointSolver::work(std::span<const Velocity> kinematic, const Kick* kic
     return sum;
 }
 
-double JointSolver::half_kick_work(std::span<const Joint> joints, std::span<const char> only,
-                                   std::span<const Velocity> kinematic, const Kick& kick) const {
+double JointSolver::half_kick_work(std::span<const Velocity> kinematic, const Kick& kick) const {
     double sum = 0.0;
     for (const Row& row : rows_) {
-        if (only[static_cast<std::size_t>(row.a)] == 0 && only[static_cast<std::size_t>(row.b)] == 0) {
-            continue;
-        }
-        const JointMemory& joint = joints[static_cast<std::size_t>(row.joint)].memory;
-        const bool is_spring = row.kind == RowKind::spring;
-        const double owed = is_spring ? joint.spring_owed : joint.owed * joint.impulse[static_cast<std::size_t>(row.index)];
         const bool is_motor = row.kind == RowKind::motor;
         const double mean = is_motor ? 0.5 * (row_velocity(row, kick.before) + row_velocity(row, kick.after)) : 0.0;
-        sum += owed * (mean - row_velocity(row, kinematic));
+        sum += row.half * (mean - row_velocity(row, kinematic));
     }
     return sum;
 }
 
-std::vector<double> JointSolver::impulse_sizes(std::size_t joint_count) const {
-    std::vector<double> sizes(joint_count);
-    for (const Row& row : rows_) {
-        sizes[static_cast<std::size_t>(row.joint)] += row.sum * row.sum;
-    }
-    for (double& size : sizes) {
-        size = std::sqrt(size);
-    }
-    return sizes;
-}
-
-void JointSolver::store_impulses(std::span<Joint> joints) const {
+void JointSolver::store(std::span<Joint> joints, std::span<const double> weight) const {
     for (const Row& row : rows_) {
         JointMemory& memory = joints[static_cast<std::size_t>(row.joint)].memory;
-        memory.impulse[static_cast<std::size_t>(row.index)] = row.sum;
         if (row.kind == RowKind::spring) {
             memory.spring_owed = (row.sum - row.before) * (1.0 - row.late) / (1.0 + row.late);
+        } else if (row.kind == RowKind::motor) {
+            memory.motor_owed = (1.0 - weight[static_cast<std::size_t>(row.joint)]) * row.sum;
         }
         memory.position = row.is_drive() ? row.gap : memory.position;
     }
 }
 
-/// Takes away what opens the joints, at no cost to the sums of this solve; springs and motors take no part any more.
-void JointSolver::close(std::span<Velocity> velocity) {
+/// Takes away what opens the joints, at no cost to the sums of this solve; springs and motors take no part any more. Returns
+/// the impulses that it takes [rows].
+const Eigen::VectorXd& JointSolver::close(std::span<Velocity> velocity) {
     take_out_drives(true);
     if (!is_factored_) {
         factorise();
@@ -400,10 +369,11 @@ void JointSolver::close(std::span<Velocity> velocity) {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         f.right_side[static_cast<Eigen::Index>(i)] = rows_[i].is_out ? 0.0 : -row_velocity(rows_[i], velocity);
     }
-    const Eigen::VectorXd impulse = f.ldlt.solve(f.right_side);
+    f.impulse = f.ldlt.solve(f.right_side);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-        apply(rows_[i], impulse[static_cast<Eigen::Index>(i)], velocity);
+        apply(rows_[i], f.impulse[static_cast<Eigen::Index>(i)], velocity);
     }
+    return f.impulse;
 }
 
 double JointSolver::fastest_rate(const Bodies& bodies, std::span<const double> interval) {

@@ -41,30 +41,27 @@ public:
     double target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
                          std::span<const Velocity> velocity, double h, double share);
 
-    /// Adds the owed share of the impulses that the joints remember at the present poses; only those of a body in `only`
-    /// [body_count] unless that is empty.
-    void apply_half_kick(std::span<const Joint> joints, std::span<const char> only, std::span<Velocity> velocity);
+    /// Adds to velocities before the next impulses what springs and motors owe; then the joints close (see half_kick()).
+    void add_owed(std::span<const Joint> joints, std::span<Velocity> velocity);
 
-    /// Adds `weight` [joint_count] times the impulses of this solve: what acts before t0.
-    void add_weighted(std::span<const double> weight, std::span<Velocity> velocity);
+    /// Adds what springs and motors give before t0 of this solve's impulses, of motors the share `weight` [joint_count] of
+    /// them; then the joints close.
+    void add_before(std::span<const double> weight, std::span<Velocity> velocity);
 
     /// Velocities [body_count] before the impulses of a solve, with what of them acts before t0, and after them.
     struct Kick {
         std::span<const Velocity> before, at_node, after;
     };
-    /// Work that kinematic bodies and motors do by the impulses of this solve. kinematic: kinematic_velocity(); kick: null
-    /// without motors; weight: as above, empty: all acts at t0.
-    DriveWork work(std::span<const Velocity> kinematic, const Kick* kick, std::span<const double> weight) const;
-    /// The same of what apply_half_kick() gave, from velocities kick.before to kick.after [J].
-    double half_kick_work(std::span<const Joint> joints, std::span<const char> only, std::span<const Velocity> kinematic,
-                          const Kick& kick) const;
+    /// Work that kinematic bodies and motors do by the impulses of this solve; what add_before() gave of them acts before t0.
+    /// kinematic: kinematic_velocity(); kick: null without motors.
+    DriveWork work(std::span<const Velocity> kinematic, const Kick* kick) const;
+    /// The same of what add_owed() gave, from velocities kick.before to kick.after [J].
+    double half_kick_work(std::span<const Velocity> kinematic, const Kick& kick) const;
     bool has_motors() const { return has_motors_; }
 
-    /// Size of each joint's impulses of this solve together [joint_count]; a moment counts with an arm of 1 m [N s].
-    std::vector<double> impulse_sizes(std::size_t joint_count) const;
-
-    /// Writes the impulses of this solve to the joints' memory.
-    void store_impulses(std::span<Joint> joints) const;
+    /// Writes what the next interval takes from this solve's to the joints' memory; of motors the share `weight` was given
+    /// before t0.
+    void store(std::span<Joint> joints, std::span<const double> weight) const;
 
     /// Rate [rad/s] of the fastest motion that the joints' forces allow beside their own rows, as across a taut chain:
     /// the largest |eigenvalue| of M^-1 K, K the geometric stiffness of the impulses of this solve, each spread over
@@ -96,6 +93,7 @@ private:
         double target = 0.0; ///< [m/s] or [rad/s]
         double sum = 0.0;    ///< impulses of this solve [N s] or [N m s]
         double before = 0.0; ///< of a spring, what of them acts at the end of the last interval
+        double half = 0.0;   ///< given by the last half kick
         double late = 0.0;     ///< of a spring: 0: mean of both ends, 1: the force at the end of the interval [-]
         double softness = 0.0; ///< of a spring: velocity that a unit of impulse does without [m/s] or [rad/s]
         double most = std::numeric_limits<double>::infinity(); ///< of a motor: its largest impulse
@@ -109,13 +107,13 @@ private:
     struct Factor;
 
     double row_velocity(const Row& row, std::span<const Velocity> velocity) const;
-    void add_springs(std::span<const double> impulse, std::span<Velocity> velocity);
+    void half_kick(std::span<Velocity> velocity);
     double missing_of(const Row& row, std::span<const Velocity> velocity) const;
     void add_rows(const Bodies& bodies, const Joint& joint, int index);
     void target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h);
     bool keep_limits(std::span<Velocity> velocity);
     void take_out_drives(bool is_out);
-    void close(std::span<Velocity> velocity);
+    const Eigen::VectorXd& close(std::span<Velocity> velocity);
     static void apply(const Row& row, double p, std::span<Velocity> velocity);
     void factorise();
 

@@ -10,12 +10,10 @@ namespace sim {
 
 /// What a joint hands to the next step.
 struct JointMemory {
-    std::array<double, 7> impulse{}; ///< of its rows [N s], [N m s]
-    double owed = 0.0;               ///< see ContactMemory
-    double last_interval = 0.0;      ///< [s]
-    double force = 0.0;              ///< [N] of its rows together, a moment [N m] with an arm of 1 m; without answers to impacts
-    double position = 0.0;           ///< of the drive, at t0: see drive_position()
-    double spring_owed = 0.0;        ///< [N s] or [N m s] of the spring's impulse that acts at the end of the interval
+    double last_interval = 0.0; ///< [s]
+    double position = 0.0;      ///< of the drive, at t0: see drive_position()
+    double spring_owed = 0.0;   ///< [N s] or [N m s] of the spring's impulse that acts at the end of the interval
+    double motor_owed = 0.0;    ///< the same of the motor's
 };
 
 /// A joint in body frames.

@@ -20,7 +20,8 @@ struct RestBlock {
     Lanes reach;        ///< [m] of crossing edges: how far the touch may wander
     unsigned edges = 0; ///< bit l: one of its points is of crossing edges
     unsigned plain = 0; ///< bit l: all points but those of crossing edges are fixed to one body, at a face of the other: measured in lanes
-    unsigned hit = 0;   ///< bit l: a speculative impact reaches a body of it
+    unsigned fresh = 0; ///< bit l: none of its points touched at the last instant, and it approaches
+    unsigned hit = 0;   ///< bit l: an impact reaches a body of it
 };
 
 /// Time [s] that the impulses of an interval h stand for: from the middle of the interval before to its own middle.
@@ -41,7 +42,8 @@ struct RestRules {
     double gravity[3] = {0.0, 0.0, 0.0};
     double weight = 0.0; ///< [m/s^2] its size
     bool warm_start = true;
-    bool is_doubtful = false; ///< the last solve did not converge
+    bool is_doubtful = false;  ///< the last solve did not converge
+    bool is_stretched = false; ///< nor that, or its interval was shorter than this one
 };
 
 /// What a kernel does with a range of batches.
@@ -49,6 +51,7 @@ enum class RestPhase {
     start,   ///< gap targets, and impulses of the last interval
     apply,   ///< gives the bodies the impulses
     half_kick, ///< gives them what acts before t0 of the impulses that are forces
+    uncertain, ///< gives them the uncertain share of the impulses; its work against what they lead to
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]
     store    ///< what the contacts hand to the next interval
 };
@@ -61,8 +64,9 @@ struct RestWork {
     BatchPoint* points = nullptr; ///< all of them
     RestPoint* rest = nullptr;
     const BodyRows* end = nullptr;     ///< [body_count]
-    const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep
-    double* velocity = nullptr;        ///< and after them
+    const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain` after all
+    double* velocity = nullptr;        ///< that impulses act on
+    double* parts = nullptr;           ///< [batch_count] work of the uncertain share [J]
     const unsigned* only = nullptr;    ///< [batch_count] lanes that are measured; null: all
     /// The rows of the ContactMemory of point k in lane l at [lane_count * k + l], of one batch; to start and to store.
     double* const* memory = nullptr;

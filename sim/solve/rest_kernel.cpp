@@ -66,7 +66,7 @@ LANES_INLINE Real node_weight_of(const RestWork& work, const BlockBatch& batch, 
 }
 
 /// Targets, marks and impulses of the points.
-LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* points, RestPoint* rest) {
+LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& block, BatchPoint* points, RestPoint* rest) {
     const RestRules& rules = *work.rules;
     const double h = rules.h;
     const Real zero = real(0.0);
@@ -78,6 +78,8 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
     const Real fall = fall_of(rules, batch, f.n);
     const Twist twist = twist_of(work.before, batch, f);
     Mask sticks = nowhere();
+    Mask touched = nowhere();
+    Mask approaches = nowhere();
     for (int k = 0; k < batch.count; ++k) {
         RestPoint& r = rest[k];
         const Mask here = lanes_of(points[k].there);
@@ -100,8 +102,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
         store(r.load, stretch * memory.force_share * memory.p_n);
         const Mask warm = rules.warm_start ? loaded : nowhere();
-        // Warm start with what was a force: what answered an impact does not act again.
-        const Real started = select(warm, stretch * memory.force_share, zero);
+        const Real started = select(warm, rules.is_doubtful ? stretch * memory.force_share : stretch, zero);
         store(points[k].p_n, started * memory.p_n);
         store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
         store(points[k].p_t[1], started * dot(memory.p_t, f.t2));
@@ -109,14 +110,23 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         const Real slow2 = twist.tangential2(x);
         const Mask slow = slow1 * slow1 + slow2 * slow2 <= rules.velocity_tolerance * rules.velocity_tolerance;
         const Mask is_new = (memory.p_n == 0.0) & (memory.last_interval == 0.0);
+        touched |= here & (memory.interval > 0.0);
+        approaches |= here & (u_n < 0.0);
         sticks |= (warm & memory.sticks) | (here & is_new & ~ahead & slow);
     }
     store(batch.sticking, flag(sticks));
+    block.fresh = bits_of(approaches & ~touched);
 }
 
-/// Gives the bodies the impulses of the points, or the share of them that acts before t0.
+/// Of the impulses that a solve starts from, the share [-] that is uncertain: see ContactSolver::scale_guess().
+LANES_INLINE Real uncertain_share(const RestRules& rules, const Real& p_n, const RestPoint& rest) {
+    const Mask loaded = p_n > 0.0;
+    const Real answer = rules.is_stretched ? real(1.0) : 1.0 - load(rest.load) / select(loaded, p_n, real(1.0));
+    return select(loaded, answer, real(0.0));
+}
+
+/// Gives the bodies the impulses of the points, or a share of them.
 LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const BatchPoint* points, const RestPoint* rest) {
-    const bool is_half_kick = work.phase == RestPhase::half_kick;
     const Real zero = real(0.0);
     Real3 force{zero, zero, zero};
     Real3 turning{zero, zero, zero};
@@ -126,9 +136,11 @@ LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const Bat
         Real p_n = load(points[k].p_n);
         Real p_1 = load(points[k].p_t[0]);
         Real p_2 = load(points[k].p_t[1]);
-        if (is_half_kick) {
+        if (work.phase != RestPhase::apply) {
             const Mask acts = (p_n > 0.0) & ~lanes_of(points[k].ahead);
-            const Real share = select(acts, load(batch.node_weight) * load(rest[k].force_share), zero);
+            const Real share = work.phase == RestPhase::half_kick
+                                   ? select(acts, load(batch.node_weight) * load(rest[k].force_share), zero)
+                                   : uncertain_share(*work.rules, p_n, rest[k]);
             p_n = share * p_n;
             p_1 = share * p_1;
             p_2 = share * p_2;
@@ -143,6 +155,28 @@ LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const Bat
                 Push(batch.inverse_mass_a, batch.inverse_inertia_a, load3(batch.r_a), p, moment));
     push_bodies(work.velocity, batch.b, batch.moves_b,
                 Push(batch.inverse_mass_b, batch.inverse_inertia_b, load3(batch.r_b), -p, -moment));
+}
+
+/// Of the uncertain share of the impulses with what the points part faster by than their targets [J].
+LANES_INLINE double uncertain_work(const RestWork& work, const BlockBatch& batch, const BatchPoint* points, const RestPoint* rest) {
+    const Twist twist = twist_of(work.before, batch, frame_of(batch));
+    Real sum = real(0.0);
+    for (int k = 0; k < batch.count; ++k) {
+        const Real p_n = load(points[k].p_n);
+        const Real x = load(points[k].x);
+        const Real y = load(points[k].y);
+        sum += uncertain_share(*work.rules, p_n, rest[k]) *
+               (p_n * (twist.normal(x, y) - load(points[k].u_n_target)) +
+                load(points[k].p_t[0]) * (twist.tangential1(y) - load(points[k].u_t_target[0])) +
+                load(points[k].p_t[1]) * (twist.tangential2(x) - load(points[k].u_t_target[1])));
+    }
+    Lanes of_lanes;
+    store(of_lanes, sum);
+    double all = 0.0;
+    for (const double of_lane : of_lanes.x) {
+        all += of_lane;
+    }
+    return all;
 }
 
 /// A body's predicted motion since the interval began.
@@ -322,7 +356,7 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
                          select(ahead, zero, p_t.x),
                          select(ahead, zero, p_t.y),
                          select(ahead, zero, p_t.z),
-                         select(sticks, -interval, interval),
+                         select(ahead, zero, select(sticks, -interval, interval)),
                          force_share,
                          select(loaded & ~ahead, real(h), zero),
                          select(impact, touch_speed, zero)};
@@ -343,9 +377,12 @@ double KERNEL(const RestWork& work) {
         BatchPoint* points = work.points + batch.first;
         RestPoint* rest = work.rest + batch.first;
         if (work.phase == RestPhase::start) {
-            start(work, batch, points, rest);
+            start(work, batch, block, points, rest);
         } else if (work.phase == RestPhase::apply || work.phase == RestPhase::half_kick) {
             apply(work, batch, points, rest);
+        } else if (work.phase == RestPhase::uncertain) {
+            apply(work, batch, points, rest);
+            work.parts[i] = uncertain_work(work, batch, points, rest);
         } else if (work.phase == RestPhase::store) {
             store_impulses(work, batch, block, points, rest);
         } else {

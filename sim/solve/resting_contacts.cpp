@@ -4,6 +4,7 @@
 #include "sim/solve/time_of_impact.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace sim {
 namespace {
@@ -246,12 +247,27 @@ RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_
                          .rules = &rules_};
 }
 
-void RestingContacts::scale(double share) {
-    for (BatchPoint& point : loop.points) {
+double RestingContacts::apply_uncertain(std::span<const Velocity> velocity, std::span<Velocity> change) {
+    parts_.resize(loop.batches.size());
+    loop.share_colours([&](std::size_t first, std::size_t last) {
+        RestWork work = work_of(RestPhase::uncertain, first, last, change);
+        work.before = velocity.front().v.data();
+        work.parts = parts_.data() + first;
+        work_on_rest(work);
+    });
+    return std::accumulate(parts_.begin(), parts_.end(), 0.0);
+}
+
+void RestingContacts::scale_uncertain(double share) {
+    for (std::size_t i = 0; i < loop.points.size(); ++i) {
+        BatchPoint& point = loop.points[i];
         for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            point.p_n.x[lane] *= share;
-            point.p_t[0].x[lane] *= share;
-            point.p_t[1].x[lane] *= share;
+            const double p_n = point.p_n.x[lane];
+            const double certain = rules_.is_stretched ? 0.0 : rest_points[i].load.x[lane];
+            const double kept = p_n > 0.0 ? share + (1.0 - share) * certain / p_n : 0.0;
+            point.p_n.x[lane] *= kept;
+            point.p_t[0].x[lane] *= kept;
+            point.p_t[1].x[lane] *= kept;
         }
     }
 }

@@ -34,17 +34,17 @@ public:
     /// Takes the contacts of a pair and their impulses out again: other features face each other, and are to be added.
     void drop(const Bodies& bodies, int pair, Prediction& to);
 
-    /// Takes so much [-] of all impulses.
-    void scale(double share);
+    /// Gives the bodies in `change` the uncertain share of the impulses, with all of which they move with `velocity`. Returns
+    /// its work against how much faster than their targets the contacts part [J].
+    double apply_uncertain(std::span<const Velocity> velocity, std::span<Velocity> change);
+    /// Keeps so much [-] of it.
+    void scale_uncertain(double share);
 
     /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
     bool update_marks(const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);
 
     /// Stores impulses and marks in the pairs' memory.
     void store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity);
-
-    /// Once they are stored: does a speculative impact hit a body?
-    bool is_hit(int body) const { return is_hit_[static_cast<std::size_t>(body)] != 0; }
 
     /// Once they are stored: what kinematic bodies do by the impulses. velocity: kinematic_velocity().
     DriveWork work_by(std::span<const Velocity> velocity) const;
@@ -69,6 +69,7 @@ private:
     void set_mark(Block& block, bool sticks);
     bool update_mark(const std::vector<PairContacts>& pairs, Block& block, std::span<const Velocity> velocity);
     bool grows(const BlockBatch& batch, std::size_t lane) const;
+    bool is_hit(std::size_t i, std::size_t lane) const;
     void find_hit_bodies(const Bodies& bodies);
     void forget_left_out(std::vector<PairContacts>& pairs) const;
 
@@ -79,8 +80,8 @@ private:
     bool has_two_coefficients_ = false; ///< mu_s and mu_d differ somewhere
     std::size_t sorted_blocks_ = 0;     ///< so many are in the order of their pairs; then those added
     bool has_all_ = true;               ///< no contact was left out
-    std::vector<char> is_hit_;          ///< [body_count] by a speculative impact
-    std::vector<char> is_reached_;      ///< [body_count] by it, or by contacts that pass it on
+    std::vector<char> is_reached_;      ///< [body_count] by an impact, or by contacts that pass it on
+    std::vector<double> parts_;         ///< [loop.batches] memory of apply_uncertain()
 };
 
 } // namespace sim

@@ -205,8 +205,8 @@ void WorldState::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
     after_collisions = bodies.velocity;
     joint_rows.prepare(bodies, joints);
-    joint_rows.apply_half_kick(joints, {}, after_collisions);
-    apply_half_kicks(bodies, search.pairs, {}, after_collisions);
+    apply_half_kicks(bodies, search.pairs, after_collisions);
+    joint_rows.add_owed(joints, after_collisions);
     const std::vector<Velocity> before = after_collisions;
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
     collision_solver.most_sweeps = work_left();
@@ -219,16 +219,10 @@ void WorldState::resolve_collisions(StepReport& report) {
         if (has_drives) {
             const std::vector<Velocity> kinematic = kinematic_velocity(bodies);
             energy.add_work(half_kick_work(bodies, search.pairs, touched, kinematic) +
-                            joint_rows.half_kick_work(joints, touched, kinematic, {bodies.velocity, {}, before}));
+                            joint_rows.half_kick_work(kinematic, {bodies.velocity, {}, before}));
         }
-        joint_rows.apply_half_kick(joints, touched, bodies.velocity);
-        apply_half_kicks(bodies, search.pairs, touched, bodies.velocity);
         for (std::size_t i = 0; i < after_collisions.size(); ++i) {
-            if (touched[i] == 0) {
-                continue;
-            }
-            bodies.velocity[i].v += after_collisions[i].v - before[i].v;
-            bodies.velocity[i].w += after_collisions[i].w - before[i].w;
+            bodies.velocity[i] = touched[i] != 0 ? after_collisions[i] : bodies.velocity[i];
         }
         restart(touched);
     }
@@ -278,9 +272,8 @@ void WorldState::restart(std::span<const char> touched) {
     }
     for (std::size_t i = 0; i < joints.size(); ++i) {
         if (is_touched(joints[i].a, joints[i].b)) {
-            joints[i].memory.owed = 0.0;
             joints[i].memory.last_interval = 0.0;
-            joints[i].memory.spring_owed = 0.0;
+            joints[i].memory.spring_owed = joints[i].memory.motor_owed = 0.0;
         }
     }
 }
