@@ -88,7 +88,8 @@ TEST_F(slurm, films_and_studies_are_those_of_one_machine) {
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "block: 8 frames; in all of %a/block\nother: 8 frames; in all of %a/other\n");
     expect_same_results("here", "all of %a");
-    // Nothing is left to do, and a frame that is lost is drawn again; with the film goes a poster that is not asked for.
+    // Nothing is left to do, and a frame that is lost is drawn again; with the film goes a poster that is not
+    // asked for.
     fs::remove(folder / "here/block/block_poster.png");
     fs::remove(folder / "here/other/other_poster.png");
     const std::string submitted = bytes("all of %a/block/slurm/jobs");
@@ -174,9 +175,10 @@ TEST_F(slurm, the_first_task_that_fails_is_told_with_its_code_and_log) {
     EXPECT_NE(other.err.find("--slurm --constraint="), std::string::npos);
 
     // A scene that stops: the jobs that wait for it go.
-    const Outcome stops = on_cluster("\"$TUMBLE\" run block.toml --out stops --on slurm --slices 2 --duration 1 --quiet "
-                                     "--strict --set simulation.iteration_limit=1 "
-                                     "--set simulation.velocity_tolerance=1e-12; code=$?\nsqueue -h; exit $code");
+    const Outcome stops =
+        on_cluster("\"$TUMBLE\" run block.toml --out stops --on slurm --slices 2 --duration 1 --quiet "
+                   "--strict --set simulation.iteration_limit=1 "
+                   "--set simulation.velocity_tolerance=1e-12; code=$?\nsqueue -h; exit $code");
     EXPECT_EQ(stops.code, 5) << stops.err;
     EXPECT_EQ(stops.out, "") << "nothing is left in the queue";
     EXPECT_TRUE(stops.err.starts_with("tumble: block, simulate (job ")) << stops.err;
@@ -218,15 +220,20 @@ TEST_F(slurm, jobs_that_are_cancelled_or_left_alone_are_gone_on_with) {
     EXPECT_EQ(interrupted.out, "") << "nothing is left in the queue";
     EXPECT_TRUE(interrupted.err.starts_with("tumble: interrupted; cancelled the jobs ")) << interrupted.err;
 
-    // Left alone, with a controller that does not answer meanwhile; the same command watches.
+    // Left alone; the same command watches, with a controller that does not answer after its first question.
     const Outcome detached = run_on_cluster(command + "--detach");
     EXPECT_EQ(detached.code, 0) << detached.err;
     EXPECT_TRUE(detached.out.starts_with("block, draw: job ")) << detached.out;
     const std::string jobs = bytes("out/block/slurm/jobs");
-    const Outcome watched = on_cluster("\"$TUMBLE\" " + command +
-                                       "--quiet & process=$!\n"
-                                       "sleep 0.5; kill -STOP $(cat cluster/controller.pid); sleep 4\n"
-                                       "kill -CONT $(cat cluster/controller.pid); wait $process");
+    const Outcome watched =
+        on_cluster("mkdir answers; printf '#!/bin/sh\\n%s \"$@\" && : >answers/one\\n' $(command -v squeue) "
+                   ">answers/squeue\n"
+                   "chmod +x answers/squeue; PATH=$PWD/answers:$PATH timeout 100 \"$TUMBLE\" " +
+                   command +
+                   "--quiet & process=$!\n"
+                   "until [ -e answers/one ] || ! kill -0 $process; do sleep 0.05; done\n"
+                   "kill -STOP $(cat cluster/controller.pid); sleep 4\n"
+                   "kill -CONT $(cat cluster/controller.pid); wait $process");
     EXPECT_EQ(watched.code, 0) << watched.err;
     EXPECT_EQ(bytes("out/block/slurm/jobs"), jobs);
     expect_same_results("here", "out");
