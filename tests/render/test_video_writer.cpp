@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 namespace {
 
 fs::path fresh_folder() {
-    const fs::path folder = test::out_folder("video_writer") /
-                            testing::UnitTest::GetInstance()->current_test_info()->name();
+    const fs::path folder =
+        test::out_folder("video_writer") / testing::UnitTest::GetInstance()->current_test_info()->name();
     fs::remove_all(folder);
     fs::create_directories(folder);
     return folder;
@@ -104,7 +104,8 @@ TEST(video_writer, films_of_other_encoders_can_be_read_again) {
         const test::Film film = test::read_film(path);
         ASSERT_EQ(film.frames.size(), pictures.size()) << encoder;
         for (std::size_t k = 0; k < pictures.size(); ++k) {
-            EXPECT_GT(test::psnr(test::to_rgb(film.frames[k]), pictures[k]), 30.0) << encoder << " frame " << k;
+            EXPECT_GT(test::psnr(test::to_rgb(film.frames[k]), pictures[k]), 30.0)
+                << encoder << " frame " << k;
         }
     }
 }
@@ -121,14 +122,18 @@ TEST(video_writer, codecs_come_in_the_container_that_fits) {
         std::string brand; ///< in the first 64 bytes
         double least;      ///< [dB] against the pictures
     };
-    for (const Case& c : {Case{"libx265", 10, ".mp4", "ftypisom", 30.0}, Case{"libvpx-vp9", 8, ".webm", "webm", 30.0},
-                          Case{"prores_ks", 8, ".mov", "ftypqt", 30.0}, Case{"ffv1", 8, ".mkv", "matroska", 1000.0}}) {
+    for (const Case& c :
+         {Case{"libx265", 10, ".mp4", "ftypisom", 30.0}, Case{"libsvtav1", 8, ".mp4", "ftypisom", 30.0},
+          Case{"libvpx-vp9", 8, ".webm", "webm", 30.0}, Case{"prores_ks", 8, ".mov", "ftypqt", 30.0},
+          Case{"ffv1", 8, ".mkv", "matroska", 1000.0}}) {
         if (std::ranges::find(names, c.encoder) == names.end()) {
             continue; // another libavcodec than Debian's
         }
         ASSERT_EQ(film_extension(c.encoder), c.extension);
         const fs::path path = folder / (std::string(c.encoder) + c.extension);
+        testing::internal::CaptureStderr();
         write_film(path, pictures, {.encoder = c.encoder, .bits = c.bits});
+        EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << c.encoder;
         EXPECT_NE(sim::read_text_file(path).substr(0, 64).find(c.brand), std::string::npos) << c.encoder;
         VideoReader reader(path);
         Image image;
