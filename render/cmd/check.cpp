@@ -30,15 +30,18 @@ std::string estimate_text(const sim::SceneDef& scene, const Options& options) {
     const auto frames = static_cast<double>(frame_count_of(scene));
     const double simulation = pilot.whole_time();
     const double pictures = frames * picture.wall;
+    // A step takes its time for contacts, and of a film that begins in the air a pilot sees few.
+    const std::string condition =
+        pilot.is_whole() ? "" : fmt::format(" if contacts become no more than the pilot's {}", pilot.states.back()->contact_count);
     const int every = scene.output.record_every;
     const double records = every > 0 ? static_cast<double>(sim::step_count_of(scene)) / every : frames;
     rusage used{};
     getrusage(RUSAGE_SELF, &used);
     constexpr double mega = 1e6;
     return fmt::format(
-        "{}: estimate, of a pilot that simulated {:.0f} % of it: simulation {}, pictures {}, both at the same time {} or more; "
+        "{}: estimate, of a pilot that simulated {:.0f} % of it: simulation {}{}, pictures {}, both at the same time {} or more; "
         "{:.3g} MB of frames and film, {:.3g} MB of trajectory; {:.3g} MB of memory\n",
-        scene.name, 100.0 * static_cast<double>(pilot.seconds.size()) / pilot_parts, duration_text(simulation),
+        scene.name, 100.0 * static_cast<double>(pilot.seconds.size()) / pilot_parts, duration_text(simulation), condition,
         duration_text(pictures), duration_text(std::max(simulation, pictures)), frames * picture.bytes / mega,
         records * static_cast<double>(scene.bodies.size()) * record_bytes / mega, 1024.0 * static_cast<double>(used.ru_maxrss) / mega);
 }

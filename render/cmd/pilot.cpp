@@ -90,7 +90,7 @@ SimulationPilot pilot_simulation(const sim::SceneDef& scene, int threads, double
     sim::World world(scene, threads);
     const Stopwatch watch;
     const std::int64_t steps = sim::step_count_of(scene);
-    pilot.states.push_back(std::make_shared<sim::Snapshot>(world.take_snapshot()));
+    pilot.states.push_back(std::make_shared<sim::Snapshot>(world.take_snapshot(sim::ContactDetail::count)));
     while (!pilot.is_whole() && watch.wall() < most_seconds) {
         const std::int64_t end = steps * static_cast<std::int64_t>(pilot.seconds.size() + 1) / pilot_parts;
         while (world.step_index() < end && (pilot.seconds.empty() || watch.wall() < most_seconds)) {
@@ -101,7 +101,7 @@ SimulationPilot pilot_simulation(const sim::SceneDef& scene, int threads, double
             break;
         }
         pilot.seconds.push_back(watch.wall());
-        pilot.states.push_back(std::make_shared<sim::Snapshot>(world.take_snapshot()));
+        pilot.states.push_back(std::make_shared<sim::Snapshot>(world.take_snapshot(sim::ContactDetail::count)));
     }
     pilot.processors = std::max(1.0, watch.processor() / watch.wall());
     return pilot;

@@ -15,7 +15,7 @@ inline constexpr int pilot_parts = 24;
 /// A simulation that has gone as far as it was given time for.
 struct SimulationPilot {
     std::vector<double> seconds; ///< [s] wall time from the start to the end of each part that was done
-    std::vector<std::shared_ptr<const sim::Snapshot>> states; ///< at the start, and at these ends
+    std::vector<std::shared_ptr<const sim::Snapshot>> states; ///< at the start, and at these ends; with numbers of contacts
     double processors = 1.0;     ///< [-] processor time in a second of wall time
 
     bool is_whole() const { return seconds.size() == pilot_parts; }

@@ -86,6 +86,8 @@ TEST_F(Accuracy, check_estimates_time_disk_and_memory) {
         << outcome.out;
     EXPECT_NE(outcome.out.find(" MB of memory\n"), std::string::npos) << outcome.out;
     EXPECT_FALSE(std::filesystem::exists(folder / "out")) << "nothing was made";
+    const std::string in_part = tumble("check block.toml --estimate --time-step 1e-7").out; // beyond a pilot's second
+    EXPECT_NE(in_part.find(" if contacts become no more than the pilot's "), std::string::npos) << in_part;
 }
 
 } // namespace
