@@ -2,6 +2,7 @@
 
 #include "render/cmd/gltf.h"
 #include "render/cmd/interrupt.h"
+#include "render/scene/camera.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 #include "sim/record/trajectory.h"
@@ -10,8 +11,10 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 namespace cmd {
@@ -24,6 +27,13 @@ namespace {
 
 constexpr const char* csv_head =
     "step,time_s,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_s,vy_m_s,vz_m_s,wx_rad_s,wy_rad_s,wz_rad_s\n";
+
+bool is_opening_moved(const sim::CameraDef& camera) {
+    const auto opening = [&](const sim::CameraKey& key) {
+        return key.fov_degrees > 0.0 ? key.fov_degrees : camera.fov_degrees;
+    };
+    return std::ranges::adjacent_find(camera.keys, std::ranges::not_equal_to(), opening) != camera.keys.end();
+}
 
 /// A name as one field: in quotes, those in it doubled.
 std::string csv_text(const std::string& text) {
@@ -149,6 +159,11 @@ void export_run(const ExportOptions& options) {
     if (!options.is_quiet) {
         fmt::print("{}: {} nodes, {} of {} poses kept\n", options.gltf, summary.nodes, summary.keys,
                    summary.records);
+        const sim::CameraDef& camera = render::find_camera(scene, scene.output.camera);
+        if (is_opening_moved(camera)) {
+            fmt::print("{}: glTF moves no camera's opening: that of '{}' stays as it is at the start\n", options.gltf,
+                       camera.name);
+        }
     }
 }
 

@@ -101,6 +101,21 @@ TEST_F(exports, gltf_moves_every_body_as_it_was_recorded) {
     }
 }
 
+TEST_F(exports, an_opening_that_gltf_cannot_move_is_told) {
+    constexpr const char* camera = R"(
+[[camera]]
+name = "zoom"
+keys = [{ time = 0, eye = [4, -7, 3], target = [0, 0, 0] },
+        { time = 0.1, eye = [4, -7, 3], target = [0, 0, 0], fov_degrees = 20 }]
+)";
+    sim::write_file(folder / "zoom.toml", bytes("block.toml") + camera);
+    ASSERT_EQ(tumble("simulate block.toml zoom.toml --quiet").code, 0);
+    EXPECT_NE(
+        tumble("export out/zoom --gltf zoom.glb").out.find("glTF moves no camera's opening: that of 'zoom'"),
+        std::string::npos);
+    EXPECT_EQ(tumble("export out/block --gltf block.glb").out.find("opening"), std::string::npos);
+}
+
 TEST_F(exports, csv_has_a_row_a_body_and_record) {
     ASSERT_EQ(tumble("simulate block.toml --quiet").code, 0);
     ASSERT_EQ(tumble("export out/block --csv block.csv").code, 0);
