@@ -1,6 +1,7 @@
 #include "render/picture/edges.h"
 
 #include "render/picture/edge_finder.h"
+#include "render/picture/round_part.h"
 #include "render/scene/float4.h"
 #include "render/scene/mesh.h"
 #include "sim/base/error.h"
@@ -26,6 +27,9 @@ constexpr std::array<Float4, 2> sample_x{Float4{0.0625f, -0.0625f, 0.3125f, -0.1
 constexpr std::array<Float4, 2> sample_y{Float4{-0.1875f, 0.1875f, 0.0625f, -0.3125f},
                                          Float4{0.3125f, -0.0625f, 0.4375f, -0.4375f}};
 
+/// A face that is as thin on the picture [px] may hold no pixel's centre in some rows: a pixel, and half of
+/// one for the far end of a long face.
+constexpr float thin_face = 1.5f;
 
 /// A flat part in the picture. At window position p = (x, y, 1) the dot products of p with the three vectors
 /// are 1 / w, u / w and v / w: w is the distance along the view, and u, v in -1..1 are inside the face.
@@ -36,28 +40,11 @@ struct FlatPart {
     bool is_bounded;
 };
 
-/// A face of a hull, or a body of revolution; rays are followed in its frame, divided by its scale.
-struct RoundPart {
-    glm::vec3 origin;          ///< of all rays
-    glm::mat3 ray_from_window; ///< direction of the ray through (x, y, 1), such that w is the ray's parameter
-    const LatheBand* first;    ///< bands of this group; none for a sphere
-    const LatheBand* last;
-    float radius;         ///< that holds the bands, with some to spare
-    const HullFace* face; ///< null: a body of revolution
-};
-
-/// Four rays, in the frame of a round part.
-struct Rays {
-    glm::vec3 origin;
-    Float4 x;
-    Float4 y;
-    Float4 z;
-};
-
 /// What a part number stands for.
 struct PartRef {
     enum class Kind { sky, flat, round } kind = Kind::sky;
     std::uint32_t index = 0;
+    std::uint32_t thin = 0; ///< of a face whose box has thin ones: index into these, plus 1
 };
 
 /// The largest 1 / w at which each sample's ray has met a part, and which one.
@@ -70,6 +57,34 @@ struct Samples {
         const Int4 is_first = is_hit & (at_inverse_w > inverse_w[half]);
         inverse_w[half] = chosen(is_first, at_inverse_w, inverse_w[half]);
         winner[half] = chosen(is_first, all(k), winner[half]);
+    }
+};
+
+/// The parts of 3 x 3 pixels and the colours they have there.
+struct Candidates {
+    int count = 0;
+    std::array<std::uint32_t, 9> id;
+    std::array<Int4, 9> color; ///< sum over the pixels; the fourth means nothing
+    std::array<int, 9> pixels;
+
+    bool contains(std::uint32_t part) const {
+        return std::find(id.begin(), id.begin() + count, part) != id.begin() + count;
+    }
+
+    void add(std::uint32_t part, Int4 here) {
+        int k = 0;
+        while (k < count && id[k] != part) {
+            ++k;
+        }
+        if (k == count) {
+            id[k] = part;
+            color[k] = here;
+            pixels[k] = 1;
+            ++count;
+        } else if (k > 0) { // the part at the pixel's own centre keeps the colour it has there
+            color[k] += here;
+            ++pixels[k];
+        }
     }
 };
 
@@ -86,11 +101,13 @@ glm::mat3 window_from_direction(const CameraBlock& camera, int width, int height
 class PartTable {
 public:
     PartTable(const Viewport& viewport, const SceneGeometry& geometry, const DrawList& list)
-        : window_(window_from_direction(list.camera, viewport.width, viewport.height)), eye_(list.camera.eye) {
+        : window_(window_from_direction(list.camera, viewport.width, viewport.height)),
+          eye_(list.camera.eye) {
         refs_.push_back({});
         for (const Face& face : list.faces) {
             add_flat(face.center, face.half_u, face.half_v, true);
         }
+        note_thin_faces(list.faces);
         for (const std::vector<glm::vec2>& profile : geometry.profiles) {
             bands_.push_back(make_lathe_bands(profile));
         }
@@ -107,6 +124,18 @@ public:
     }
 
     std::size_t size() const { return refs_.size(); }
+
+    /// Whether of the box that part `id` is a face of the camera sees faces so thin that pixels may miss them.
+    bool has_thin_faces(std::uint32_t id) const { return refs_[id].thin != 0; }
+
+    /// Follows these faces as if they were part k, those aside that are found themselves. Seldom called: apart from the rest.
+    [[gnu::noinline]] void follow_thin_faces(const Candidates& found, int k, const glm::vec2& pixel, Samples& samples) const {
+        for (const std::uint32_t id : thin_faces_[refs_[found.id[k]].thin - 1]) {
+            if (id != 0 && !found.contains(id)) {
+                follow_flat(flats_[refs_[id].index], k, pixel, samples);
+            }
+        }
+    }
 
     /// Marks with k the samples of the pixel at (x, y) whose ray meets part `id` before anything else so far.
     void follow(std::uint32_t id, int k, const glm::vec2& pixel, Samples& samples) const {
@@ -133,8 +162,37 @@ private:
         // w p = C + u U + v V in window coordinates, so (1, u, v) / w = [C U V]^-1 p.
         const glm::mat3 inverse =
             glm::inverse(glm::mat3(window_ * (center - eye_), window_ * half_u, window_ * half_v));
-        refs_.push_back({PartRef::Kind::flat, static_cast<std::uint32_t>(flats_.size())});
+        refs_.push_back({PartRef::Kind::flat, static_cast<std::uint32_t>(flats_.size()), 0});
         flats_.push_back({glm::row(inverse, 0), glm::row(inverse, 1), glm::row(inverse, 2), is_bounded});
+    }
+
+    void note_thin_faces(const std::vector<Face>& faces) {
+        std::vector<std::uint32_t> of_box; // as PartRef::thin
+        for (const Face& face : faces) {
+            of_box.resize(std::max<std::size_t>(of_box.size(), face.box + 1));
+            if (is_thin(face)) {
+                if (of_box[face.box] == 0) {
+                    thin_faces_.push_back({});
+                    of_box[face.box] = static_cast<std::uint32_t>(thin_faces_.size());
+                }
+                *std::ranges::find(thin_faces_[of_box[face.box] - 1], 0u) = face.id;
+            }
+        }
+        for (const Face& face : faces) {
+            refs_[face.id].thin = of_box[face.box];
+        }
+    }
+
+    bool is_thin(const Face& face) const {
+        const auto across = [&](const glm::vec3& half) {
+            const glm::vec3 a = window_ * (face.center - half - eye_);
+            const glm::vec3 b = window_ * (face.center + half - eye_);
+            return a.z > 0.0f && b.z > 0.0f ? glm::vec2(b) / b.z - glm::vec2(a) / a.z : glm::vec2(0.0f);
+        };
+        const glm::vec2 u = across(face.half_u);
+        const glm::vec2 v = across(face.half_v);
+        const float longest = std::max(glm::length(u), glm::length(v));
+        return longest > 0.0f && std::abs(u.x * v.y - u.y * v.x) < thin_face * longest;
     }
 
     void add_round(const Instance& instance, int mesh) {
@@ -153,7 +211,7 @@ private:
             for (const LatheBand* band = first; band != last; ++band) {
                 part.radius = std::max({part.radius, 1.02f * band->lower.x, 1.02f * band->upper.x});
             }
-            refs_.push_back({PartRef::Kind::round, static_cast<std::uint32_t>(rounds_.size())});
+            refs_.push_back({PartRef::Kind::round, static_cast<std::uint32_t>(rounds_.size()), 0});
             rounds_.push_back(part);
         };
         if (mesh < mesh_id::sphere_first + mesh_id::sphere_count) {
@@ -204,155 +262,24 @@ private:
             const Float4 x = all(pixel.x) + sample_x[half];
             const Float4 y = all(pixel.y) + sample_y[half];
             const glm::mat3& from = part.ray_from_window;
-            const auto along = [&](int axis) { return all(from[0][axis]) * x + all(from[1][axis]) * y + all(from[2][axis]); };
+            const auto along = [&](int axis) {
+                return all(from[0][axis]) * x + all(from[1][axis]) * y + all(from[2][axis]);
+            };
             const Rays rays{part.origin, along(0), along(1), along(2)};
-            const Float4 t = part.face != nullptr    ? meet_face(*part.face, rays)
-                             : part.first == nullptr ? meet_sphere(rays)
-                                                     : meet_bands(part, rays);
+            const Float4 t = meet(part, rays);
             samples.meet(half, all(-1), all(1.0f) / t, k);
         }
-    }
-
-    /// Parameters > 0 at which the rays enter the unit sphere; infinity if they do not.
-    static Float4 meet_sphere(const Rays& rays) {
-        const glm::vec3& o = rays.origin;
-        const Float4 a = rays.x * rays.x + rays.y * rays.y + rays.z * rays.z;
-        const Float4 b = all(o.x) * rays.x + all(o.y) * rays.y + all(o.z) * rays.z;
-        const Float4 d = b * b - a * all(glm::dot(o, o) - 1.0f);
-        const Float4 t = (-b - root(chosen(d > all(0.0f), d, all(0.0f)))) / a;
-        return chosen((d >= all(0.0f)) & (t > all(0.0f)), t, all(std::numeric_limits<float>::infinity()));
-    }
-
-    /// The same for a face of a hull.
-    static Float4 meet_face(const HullFace& face, const Rays& rays) {
-        const glm::vec3& n = face.normal;
-        const glm::vec3& o = rays.origin;
-        const Float4 t = all(glm::dot(n, face.corners[0] - o)) / (all(n.x) * rays.x + all(n.y) * rays.y + all(n.z) * rays.z);
-        Int4 is_met = t > all(0.0f);
-        glm::vec3 from = face.corners.back();
-        for (const glm::vec3& to : face.corners) {
-            const glm::vec3 side = to - from;
-            const Float4 x = all(o.x) + t * rays.x - all(from.x);
-            const Float4 y = all(o.y) + t * rays.y - all(from.y);
-            const Float4 z = all(o.z) + t * rays.z - all(from.z);
-            const Float4 inwards = (all(side.y) * z - y * all(side.z)) * all(n.x) +
-                                   (all(side.z) * x - z * all(side.x)) * all(n.y) +
-                                   (all(side.x) * y - x * all(side.y)) * all(n.z);
-            is_met = is_met & ~(inwards < all(0.0f));
-            from = to;
-        }
-        return chosen(is_met, t, all(std::numeric_limits<float>::infinity()));
-    }
-
-    /// The same for the bands of a body of revolution.
-    static Float4 meet_bands(const RoundPart& part, const Rays& rays) {
-        Float4 nearest = all(std::numeric_limits<float>::infinity());
-        const Heights within = heights_within(part.radius, rays);
-        for (const LatheBand* band = part.first; band != part.last; ++band) {
-            const auto [low, high] = std::minmax(band->lower.y, band->upper.y);
-            if (high < within.low || low > within.high) {
-                continue;
-            }
-            const Float4 t = meet_band(*band, rays);
-            nearest = chosen(t < nearest, t, nearest);
-        }
-        return nearest;
-    }
-
-    struct Heights {
-        float low;
-        float high;
-    };
-
-    /// Where the rays are while they are within a radius about z, or a little more.
-    static Heights heights_within(float radius, const Rays& rays) {
-        constexpr float most = std::numeric_limits<float>::max();
-        const glm::vec3& o = rays.origin;
-        const Float4 a = rays.x * rays.x + rays.y * rays.y;
-        const Float4 b = all(o.x) * rays.x + all(o.y) * rays.y;
-        const Float4 d = b * b - a * all(o.x * o.x + o.y * o.y - radius * radius);
-        const Float4 far_root = root(chosen(d > all(0.0f), d, all(0.0f)));
-        Heights within{most, -most};
-        for (const Float4& sum : {-b - far_root, -b + far_root}) {
-            const Float4 z = all(o.z) + sum / a * rays.z;
-            for (int s = 0; s < 4; ++s) {
-                // Along the axis, or nearly: anywhere.
-                within.low = std::isfinite(z[s]) ? std::min(within.low, z[s]) : -most;
-                within.high = std::isfinite(z[s]) ? std::max(within.high, z[s]) : most;
-            }
-        }
-        const float spare = 1e-3f * (radius + std::abs(o.z));
-        return {within.low - spare, within.high + spare};
-    }
-
-    /// The same of four rays for a cone's band, from outside or inside, or a flat ring.
-    static Float4 meet_band(const LatheBand& band, const Rays& rays) {
-        const Float4 none = all(std::numeric_limits<float>::infinity());
-        const glm::vec3& o = rays.origin;
-        const float height = band.upper.y - band.lower.y;
-        if (height == 0.0f) {
-            const Float4 t = all(band.lower.y - o.z) / rays.z;
-            const Float4 x = all(o.x) + t * rays.x;
-            const Float4 y = all(o.y) + t * rays.y;
-            const Float4 radius = root(x * x + y * y);
-            const auto [inner, outer] = std::minmax(band.lower.x, band.upper.x);
-            return chosen((t > all(0.0f)) & (radius >= all(inner)) & (radius <= all(outer)), t, none);
-        }
-        // x^2 + y^2 = (q + k z)^2 along the ray.
-        const float slope = (band.upper.x - band.lower.x) / height;
-        const float radius = band.lower.x + slope * (o.z - band.lower.y);
-        const Float4 a = rays.x * rays.x + rays.y * rays.y - all(slope * slope) * rays.z * rays.z;
-        const Float4 b = all(o.x) * rays.x + all(o.y) * rays.y - all(slope) * rays.z * all(radius);
-        const Float4 c = all(o.x * o.x + o.y * o.y - radius * radius);
-        const Float4 d = b * b - a * c;
-        const auto [z0, z1] = std::minmax(band.lower.y, band.upper.y);
-        Float4 nearest = none;
-        const Int4 has_root = (d >= all(0.0f)) & (a != all(0.0f));
-        if (!any(has_root)) {
-            return none;
-        }
-        const Float4 far_root = root(chosen(has_root, d, all(0.0f)));
-        for (const Float4& sum : {-b - far_root, -b + far_root}) {
-            const Float4 t = sum / a;
-            const Float4 z = all(o.z) + t * rays.z;
-            const Int4 is_met = has_root & (t > all(0.0f)) & (t < nearest) & (z >= all(z0)) & (z <= all(z1));
-            nearest = chosen(is_met, t, nearest);
-        }
-        return nearest;
     }
 
     glm::mat3 window_;
     glm::vec3 eye_;
     std::vector<PartRef> refs_;
     std::vector<FlatPart> flats_;
+    std::vector<std::array<std::uint32_t, 3>> thin_faces_; ///< of a box: the camera sees three of its faces at most
     std::vector<RoundPart> rounds_;
     std::vector<std::vector<LatheBand>> bands_;
     std::vector<LatheBand> rod_bands_;
     const std::vector<std::vector<HullFace>>* hulls_ = nullptr;
-};
-
-/// The parts of 3 x 3 pixels and the colours they have there.
-struct Candidates {
-    int count = 0;
-    std::array<std::uint32_t, 9> id;
-    std::array<Int4, 9> color; ///< sum over the pixels; the fourth means nothing
-    std::array<int, 9> pixels;
-
-    void add(std::uint32_t part, Int4 here) {
-        int k = 0;
-        while (k < count && id[k] != part) {
-            ++k;
-        }
-        if (k == count) {
-            id[k] = part;
-            color[k] = here;
-            pixels[k] = 1;
-            ++count;
-        } else if (k > 0) { // the part at the pixel's own centre keeps the colour it has there
-            color[k] += here;
-            ++pixels[k];
-        }
-    }
 };
 
 /// Colours and part numbers of one row and its neighbours; the picture's border repeats.
@@ -403,6 +330,11 @@ void smooth_pixel(const PartTable& parts, const Candidates& found, const glm::ve
     for (int k = 0; k < found.count; ++k) {
         parts.follow(found.id[k], k, pixel, samples);
     }
+    for (int k = 0; k < found.count; ++k) {
+        if (parts.has_thin_faces(found.id[k])) {
+            parts.follow_thin_faces(found, k, pixel, samples);
+        }
+    }
     Float4 sum = all(0.0f);
     for (int k = 0; k < found.count; ++k) {
         const Int4 hits = (samples.winner[0] == all(k)) + (samples.winner[1] == all(k)); // -1 each
@@ -433,7 +365,8 @@ std::vector<Sample> flipped_samples(const RawPicture& raw, const std::vector<Sam
 }
 
 template <class Sample>
-std::vector<Sample> smooth_samples(const RawPicture& raw, const std::vector<Sample>& rgba, const PartTable& parts) {
+std::vector<Sample> smooth_samples(const RawPicture& raw, const std::vector<Sample>& rgba,
+                                   const PartTable& parts) {
     std::vector<Sample> rgb = flipped_samples(raw, rgba);
     EdgeFinder edges(raw.width);
     for (int y = 0; y < raw.height; ++y) {
@@ -483,8 +416,8 @@ Image smooth_edges(const RawPicture& raw, const SceneGeometry& geometry, const D
     return image_of(raw, smooth_samples(raw, raw.rgba, PartTable(viewport, geometry, list)));
 }
 
-std::vector<std::uint16_t> smooth_edges_deep(const RawPicture& raw, const SceneGeometry& geometry, const DrawList& list,
-                                             const Viewport& viewport) {
+std::vector<std::uint16_t> smooth_edges_deep(const RawPicture& raw, const SceneGeometry& geometry,
+                                             const DrawList& list, const Viewport& viewport) {
     return smooth_samples(raw, raw.deep, PartTable(viewport, geometry, list));
 }
 

@@ -5,7 +5,8 @@
 /// 3 pixels differ, eight rays a pixel are followed to the parts that these numbers name: flat faces, floors,
 /// spheres, bands of surfaces of revolution. The pixel's colour is the mean of what the rays meet, each part
 /// with the colour it has on the nearest pixels. The mean is one of display values, as in OpenGL's own
-/// multisampling. A part so thin that it holds no pixel centre nearby is lost.
+/// multisampling. A face of a box that is so thin that it holds no pixel centre nearby has the colour of the face
+/// beside it; other parts as thin are lost.
 #include "render/picture/image.h"
 #include "render/scene/draw_list.h"
 

@@ -30,7 +30,7 @@ struct Face {
     std::uint32_t
         open_corners; ///< share of the sky seen at -u-v, +u-v, -u+v, +u+v, 1/255 each, lowest byte first
     glm::vec3 pattern_color; ///< linear RGB
-    float unused_0;
+    std::uint32_t box; ///< number of the box whose face it is
     glm::vec4
         open_place; ///< of a large face: texture coordinates of the corners -u-v and +u+v in the sky atlas
     glm::vec3 body_center; ///< in the body, in the units that its pattern is counted in

@@ -61,6 +61,7 @@ public:
                 add_face(box, axis, side);
             }
         }
+        ++box_count_;
     }
 
     /// Moves the faces into the list, kind by kind, and numbers them.
@@ -92,6 +93,7 @@ private:
         const glm::vec3 normal = unit(axis) * side;
         Face face{};
         face.id = box.body; // until finish() numbers the faces
+        face.box = box_count_;
         face.center = instance.position + normal * instance.scale[axis];
         if (glm::dot(normal, list_.camera.eye - face.center) <= 0.0f) {
             return;
@@ -159,6 +161,7 @@ private:
     const SceneGeometry& geometry_;
     DrawList& list_;
     AtlasRows rows_;
+    std::uint32_t box_count_ = 0;
     std::map<FaceKind, std::vector<Face>> faces_;
 };
 

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 namespace {
@@ -384,6 +385,35 @@ TEST(renderer, slow_cameras_see_less_shimmer_than_4_samples_have) {
     const double four_samples = roughness(2) / reference;
     std::printf("roughness over that of 16 samples: %.2f; of 4 samples: %.2f\n", ours, four_samples);
     EXPECT_LT(ours, four_samples);
+}
+
+// A dark slat before the sky, 6 pixels wide. Its side, two thirds of a pixel more, leans by two pixels, so
+// that it holds no pixel's centre in some rows: the same share of all rows is covered.
+TEST(renderer, thin_faces_of_boxes_are_not_dashed) {
+    sim::SceneDef scene;
+    scene.light.sun_intensity = 0.0;
+    scene.light.sky_zenith = scene.light.sky_horizon = sim::Vec3(1, 1, 1);
+    const sim::Quat place = sample::turn(0.02, sim::Vec3::UnitY()) * sample::turn(-0.067, sim::Vec3::UnitZ());
+    scene.bodies.push_back(sample::body(sim::Box{{0.06, 0.1, 2}}, {{0, 0, 0}, place}, {0, 0, 0}));
+    scene.bodies[0].look.roughness = 1.0;
+    // 50 pixels a metre: tan(angle / 2) = 1 m / 20 m.
+    sample::set_camera(scene, {0, -20, 0}, {0, 0, 0},
+                       sample::fov_for(360.0 / std::numbers::pi * std::atan(0.05), 1.0));
+    const render::Image image = drawn(scene, 100, 100);
+    const int sky = pixel(image, 5, 50)[1];
+    const int slat = pixel(image, 50, 50)[1];
+    double least = 100.0;
+    double most = 0.0;
+    for (int y = 0; y < 100; ++y) {
+        double covered = 0.0; // [px]
+        for (int x = 0; x < 100; ++x) {
+            covered += static_cast<double>(sky - pixel(image, x, y)[1]) / (sky - slat);
+        }
+        least = std::min(least, covered);
+        most = std::max(most, covered);
+    }
+    EXPECT_NEAR(0.5 * (least + most), 6.67, 0.2);
+    EXPECT_LT(most - least, 0.3) << "one of eight samples at either edge";
 }
 
 // A ball before the sky: as wide as it is, smooth at its rim, and sky beside it.
