@@ -37,7 +37,7 @@ inline Float4 meet_sphere(const Rays& rays) {
     return chosen((d >= all(0.0f)) & (t > all(0.0f)), t, all(std::numeric_limits<float>::infinity()));
 }
 
-/// The same for a face of a hull.
+/// As meet_sphere, for a face of a hull.
 inline Float4 meet_face(const HullFace& face, const Rays& rays) {
     const glm::vec3& n = face.normal;
     const glm::vec3& o = rays.origin;
@@ -59,7 +59,7 @@ inline Float4 meet_face(const HullFace& face, const Rays& rays) {
     return chosen(is_met, t, all(std::numeric_limits<float>::infinity()));
 }
 
-/// The same of four rays for a cone's band, from outside or inside, or a flat ring.
+/// As meet_sphere, for a cone's band, from outside or inside, or a flat ring.
 inline Float4 meet_band(const LatheBand& band, const Rays& rays) {
     const Float4 none = all(std::numeric_limits<float>::infinity());
     const glm::vec3& o = rays.origin;
@@ -121,7 +121,7 @@ inline Heights heights_within(float radius, const Rays& rays) {
     return {within.low - spare, within.high + spare};
 }
 
-/// The same for the bands of a body of revolution.
+/// As meet_sphere, for the bands of a body of revolution.
 inline Float4 meet_bands(const RoundPart& part, const Rays& rays) {
     Float4 nearest = all(std::numeric_limits<float>::infinity());
     const Heights within = heights_within(part.radius, rays);
@@ -136,6 +136,7 @@ inline Float4 meet_bands(const RoundPart& part, const Rays& rays) {
     return nearest;
 }
 
+/// As meet_sphere, for any of these.
 inline Float4 meet(const RoundPart& part, const Rays& rays) {
     return part.face != nullptr    ? meet_face(*part.face, rays)
            : part.first == nullptr ? meet_sphere(rays)
