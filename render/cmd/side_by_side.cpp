@@ -136,7 +136,7 @@ void add_side_by_side_options(CLI::App& verb, SideBySideOptions& options) {
     verb.add_option("-o,--output", options.film, "The film that is written")
         ->required()
         ->type_name("FILE.mp4");
-    verb.add_option("--label", options.labels, "Text above a film, one for each in their order")
+    verb.add_option("--label", options.labels, "Text above a film: given once for each, in their order")
         ->type_name("TEXT")
         ->allow_extra_args(false);
     verb.add_flag("--quiet", options.is_quiet, "Only errors are printed");
