@@ -66,4 +66,10 @@ diff::FilmTools film_tools() {
     return tools;
 }
 
+std::string film_note(const sim::SceneDef& scene) {
+    const std::string& encoder = scene.output.encoder;
+    const bool is_x264 = encoder == render::automatic_encoder || encoder == "libx264";
+    return is_x264 && scene.output.crf == 0 ? scene.name + ": crf 0 is a lossless film, which browsers do not play\n" : "";
+}
+
 } // namespace cmd

@@ -1,9 +1,15 @@
 #pragma once
 /// Films for comparing: read by libav, written as the program's own films are.
 #include "render/compare/source.h"
+#include "sim/model/scene_def.h"
+
+#include <string>
 
 namespace cmd {
 
 diff::FilmTools film_tools();
+
+/// What is to be known of a scene's film before it is shown: a line, or nothing.
+std::string film_note(const sim::SceneDef& scene);
 
 } // namespace cmd

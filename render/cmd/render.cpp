@@ -1,5 +1,6 @@
 /// tumble render: pictures and film of an earlier simulation.
 #include "render/cmd/elsewhere.h"
+#include "render/cmd/films.h"
 #include "render/cmd/key_options.h"
 #include "render/cmd/options.h"
 #include "render/cmd/recorded_frames.h"
@@ -200,6 +201,7 @@ void render_trajectory(const Options& options) {
     if (!options.is_quiet) {
         print_times(scene, film, frames, std::chrono::duration<double>(Clock::now() - start).count(),
                     workplace.folder().string());
+        std::fputs(options.no_video || is_slice ? "" : film_note(scene).c_str(), stdout);
     }
 }
 

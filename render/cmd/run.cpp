@@ -3,6 +3,7 @@
 #include "render/cmd/accuracy.h"
 #include "render/cmd/budget.h"
 #include "render/cmd/elsewhere.h"
+#include "render/cmd/films.h"
 #include "render/cmd/options.h"
 #include "render/cmd/run_folder.h"
 #include "render/cmd/run_record.h"
@@ -251,6 +252,7 @@ std::string run_scene(Task& task, const Options& options, bool has_pictures) {
     workplace.remove_file(states_name);
     if (!options.is_quiet) {
         print_result(scene, summary, has_pictures, folder);
+        std::fputs(has_pictures && !options.no_video ? film_note(scene).c_str() : "", stdout);
     }
     return summary.accuracy.outcome == "missed" ? accuracy_text(summary.accuracy, summary.totals)
                                                  : simulation->missed_promise();

@@ -271,6 +271,14 @@ TEST_F(program, quiet_prints_nothing) {
     EXPECT_EQ(outcome.out + outcome.err, "");
 }
 
+TEST_F(program, a_film_that_browsers_do_not_play_is_told) {
+    const std::string note = "crf 0 is a lossless film, which browsers do not play\n";
+    EXPECT_NE(tumble("run block.toml --duration 0.1 --crf 0").out.find(note), std::string::npos);
+    EXPECT_NE(tumble("render out/block --crf 0").out.find(note), std::string::npos);
+    EXPECT_EQ(tumble("run block.toml --duration 0.1 --crf 1").out.find(note), std::string::npos);
+    EXPECT_EQ(tumble("run block.toml --duration 0.1 --crf 0 --no-video").out.find(note), std::string::npos);
+}
+
 TEST_F(program, check_prints_the_scene_and_writes_nothing) {
     const Outcome outcome = tumble("check block.toml");
     EXPECT_EQ(outcome.code, 0);
