@@ -102,6 +102,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
         store(r.load, stretch * memory.force_share * memory.p_n);
         const Mask warm = rules.warm_start ? loaded : nowhere();
+        // What answered an impact in a solve that did not converge may be far too large.
         const Real started = select(warm, rules.is_doubtful ? stretch * memory.force_share : stretch, zero);
         store(points[k].p_n, started * memory.p_n);
         store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
