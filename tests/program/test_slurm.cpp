@@ -228,7 +228,7 @@ TEST_F(slurm, jobs_that_are_cancelled_or_left_alone_are_gone_on_with) {
     const Outcome watched =
         on_cluster("mkdir answers; printf '#!/bin/sh\\n%s \"$@\" && : >answers/one\\n' $(command -v squeue) "
                    ">answers/squeue\n"
-                   "chmod +x answers/squeue; PATH=$PWD/answers:$PATH timeout 100 \"$TUMBLE\" " +
+                   "chmod +x answers/squeue; PATH=$PWD/answers:$PATH timeout 250 \"$TUMBLE\" " +
                    command +
                    "--quiet & process=$!\n"
                    "until [ -e answers/one ] || ! kill -0 $process; do sleep 0.05; done\n"
