@@ -12,10 +12,14 @@ namespace {
 /// Halvings of the bracket of a time of touch: to rounding.
 constexpr int bisections = 60;
 
-/// A contact found at the planned poses, as it is at t0: the same material points and the same normal. The
-/// impulse acts at t0, but along the normal that the bodies will have where they meet.
-ContactGeometry moved_back(const ContactGeometry& at, const Pose& planned_a, const Pose& planned_b, const Pose& a,
-                           const Pose& b) {
+/// A contact found at the planned poses, as it is at t0: what is found of a face stays of that face, so that it is measured at
+/// the planned poses as it was found. Of others the material points and the normal stay: the impulse acts at t0, but along the
+/// normal that the bodies will have where they meet.
+ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Pose& planned_b, const Pose& a, const Pose& b) {
+    if (found.feature.kind == FeatureKind::face_a || found.feature.kind == FeatureKind::face_b) {
+        return contact_geometry(found.feature, a, b);
+    }
+    const ContactGeometry& at = found.at;
     ContactGeometry before;
     before.n = at.n;
     before.a = a * (planned_a.orientation.conjugate() * (at.a - planned_a.position));
@@ -49,7 +53,7 @@ std::vector<Contact> Repair::contacts_of(const BodyPair& pair) const {
     std::vector<Contact> contacts;
     find_contacts({bodies_.props[a].shape, planned[a]}, {bodies_.props[b].shape, planned[b]}, 0.0, contacts);
     for (Contact& contact : contacts) {
-        contact.at = moved_back(contact.at, planned[a], planned[b], bodies_.pose[a], bodies_.pose[b]);
+        contact.at = moved_back(contact, planned[a], planned[b], bodies_.pose[a], bodies_.pose[b]);
     }
     return contacts;
 }
