@@ -12,9 +12,8 @@ namespace {
 /// Halvings of the bracket of a time of touch: to rounding.
 constexpr int bisections = 60;
 
-/// A contact found at the planned poses, as it is at t0: what is found of a face stays of that face, so that it is measured at
-/// the planned poses as it was found. Of others the material points and the normal stay: the impulse acts at t0, but along the
-/// normal that the bodies will have where they meet.
+} // namespace
+
 ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Pose& planned_b, const Pose& a, const Pose& b) {
     if (found.feature.kind == FeatureKind::face_a || found.feature.kind == FeatureKind::face_b) {
         return contact_geometry(found.feature, a, b);
@@ -27,8 +26,6 @@ ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Po
     before.gap = at.n.dot(before.a - before.b);
     return before;
 }
-
-} // namespace
 
 void Repair::begin(double interval, bool stops_at_impacts) {
     search_.put_back();
