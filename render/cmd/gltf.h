@@ -17,7 +17,8 @@ struct GltfSummary {
 
 /// Writes the bodies, their materials without patterns, the scene's camera and sun, and one animation of all recorded
 /// poses as a binary glTF file. A pose is left out where a straight interpolation between its neighbours stays within a
-/// tenth of the scene's tolerance [m] everywhere on the body. The camera's opening is that at the start. The root node turns z up to glTF's y up. Throws Error (io).
+/// tenth of the scene's tolerance [m] everywhere on the body. The camera's opening is that at the start. The root
+/// node turns z up to glTF's y up. Throws Error (io).
 GltfSummary write_gltf(const std::filesystem::path& path, const sim::SceneDef& scene,
                        const sim::TrajectoryReader& trajectory);
 

@@ -52,7 +52,7 @@ protected:
     const std::string cluster = "'" TUMBLE_SOURCE_DIR "/tests/tools/cluster.sh'";
     /// As long as several polls of Slurm's controller.
     const std::string slow =
-        "run block.toml --size 1920x1080 --duration 4 --set output.subframes=8 --set output.shutter=0.5 ";
+        "run block.toml --size 1920x1080 --duration 4 --set output.subframes=16 --set output.shutter=0.5 ";
 };
 
 /// study.csv without what was measured: processor time.
@@ -223,7 +223,7 @@ TEST_F(slurm, jobs_that_are_cancelled_or_left_alone_are_gone_on_with) {
     // Left alone; the same command watches, with a controller that does not answer after its first question.
     const Outcome detached = run_on_cluster(command + "--detach");
     EXPECT_EQ(detached.code, 0) << detached.err;
-    EXPECT_TRUE(detached.out.starts_with("block, ")) << detached.out; // all may be drawn already
+    EXPECT_TRUE(detached.out.starts_with("block, draw: job ")) << detached.out;
     const std::string jobs = bytes("out/block/slurm/jobs");
     const Outcome watched =
         on_cluster("mkdir answers; printf '#!/bin/sh\\n%s \"$@\" && : >answers/one\\n' $(command -v squeue) "
