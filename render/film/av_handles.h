@@ -9,7 +9,6 @@ extern "C" {
 }
 
 #include <array>
-#include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -90,10 +89,7 @@ private:
 /// libav writes to stderr by itself; what matters arrives as a return value.
 inline void quiet_libav() {
     static std::once_flag quiet;
-    std::call_once(quiet, [] {
-        av_log_set_level(AV_LOG_QUIET);
-        setenv("SVT_LOG", "1", 0); // SVT-AV1 has no option for it: 1 is errors only
-    });
+    std::call_once(quiet, [] { av_log_set_level(AV_LOG_QUIET); });
 }
 
 } // namespace render

@@ -10,6 +10,7 @@ extern "C" {
 }
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 
 namespace render {
@@ -18,6 +19,9 @@ using sim::Error;
 using sim::ExitCode;
 
 namespace {
+
+/// SVT-AV1 has no other option for what it prints: 1 is errors only. Set before main(), while no thread reads the environment.
+[[maybe_unused]] const int svt_is_quiet = setenv("SVT_LOG", "1", 0);
 
 // Chroma from every source pixel, no shortcuts that depend on the processor.
 constexpr int scaler_flags =
