@@ -1,5 +1,5 @@
 #pragma once
-/// Films for comparing: read by libav, written as the program's own films are.
+/// Films: how they are read and written to be compared, and what is to be said of one.
 #include "render/compare/source.h"
 #include "sim/model/scene_def.h"
 

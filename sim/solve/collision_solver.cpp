@@ -316,7 +316,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
     touched.assign(velocity.size(), 0);
     const auto touch = [&](int body) {
         const auto i = static_cast<std::size_t>(body);
-        touched[i] = touched[i] != 0 || !bodies.props[i].is_static();
+        touched[i] = !bodies.props[i].is_static();
     };
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
         if (report.iterations + sweeps_to_arrange * report.passes >= most_sweeps) {

@@ -52,6 +52,7 @@ enum class RestPhase {
     apply,   ///< gives the bodies the impulses
     half_kick, ///< gives them what acts before t0 of the impulses that are forces
     uncertain, ///< gives them the uncertain share of the impulses; its work against what they lead to
+    scale,     ///< keeps a part of it
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]
     store    ///< what the contacts hand to the next interval
 };
@@ -67,6 +68,7 @@ struct RestWork {
     const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain` after all
     double* velocity = nullptr;        ///< that impulses act on
     double* parts = nullptr;           ///< [batch_count] work of the uncertain share [J]
+    double kept = 1.0;                 ///< [-] part of it that `scale` keeps
     const unsigned* only = nullptr;    ///< [batch_count] lanes that are measured; null: all
     /// The rows of the ContactMemory of point k in lane l at [lane_count * k + l], of one batch; to start and to store.
     double* const* memory = nullptr;

@@ -180,6 +180,17 @@ LANES_INLINE double uncertain_work(const RestWork& work, const BlockBatch& batch
     return all;
 }
 
+/// Keeps a part of the uncertain share of the impulses.
+LANES_INLINE void scale(const RestWork& work, const BlockBatch& batch, BatchPoint* points, const RestPoint* rest) {
+    for (int k = 0; k < batch.count; ++k) {
+        const Real p_n = load(points[k].p_n);
+        const Real left = 1.0 - (1.0 - work.kept) * uncertain_share(*work.rules, p_n, rest[k]);
+        store(points[k].p_n, left * p_n);
+        store(points[k].p_t[0], left * load(points[k].p_t[0]));
+        store(points[k].p_t[1], left * load(points[k].p_t[1]));
+    }
+}
+
 /// A body's predicted motion since the interval began.
 struct Motion {
     Real row[16];
@@ -384,6 +395,8 @@ double KERNEL(const RestWork& work) {
         } else if (work.phase == RestPhase::uncertain) {
             apply(work, batch, points, rest);
             work.parts[i] = uncertain_work(work, batch, points, rest);
+        } else if (work.phase == RestPhase::scale) {
+            scale(work, batch, points, rest);
         } else if (work.phase == RestPhase::store) {
             store_impulses(work, batch, block, points, rest);
         } else {

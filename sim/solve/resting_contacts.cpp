@@ -243,8 +243,8 @@ RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_
             .rest = rest_points.data(),
             .end = end_,
             .before = before_,
-            .velocity = velocity.front().v.data(),
-                         .rules = &rules_};
+            .velocity = velocity.empty() ? nullptr : velocity.front().v.data(),
+            .rules = &rules_};
 }
 
 double RestingContacts::apply_uncertain(std::span<const Velocity> velocity, std::span<Velocity> change) {
@@ -258,18 +258,12 @@ double RestingContacts::apply_uncertain(std::span<const Velocity> velocity, std:
     return std::accumulate(parts_.begin(), parts_.end(), 0.0);
 }
 
-void RestingContacts::scale_uncertain(double share) {
-    for (std::size_t i = 0; i < loop.points.size(); ++i) {
-        BatchPoint& point = loop.points[i];
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            const double p_n = point.p_n.x[lane];
-            const double certain = rules_.is_stretched ? 0.0 : rest_points[i].load.x[lane];
-            const double kept = p_n > 0.0 ? share + (1.0 - share) * certain / p_n : 0.0;
-            point.p_n.x[lane] *= kept;
-            point.p_t[0].x[lane] *= kept;
-            point.p_t[1].x[lane] *= kept;
-        }
-    }
+void RestingContacts::scale_uncertain(double kept) {
+    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
+        RestWork work = work_of(RestPhase::scale, first, last, {});
+        work.kept = kept;
+        work_on_rest(work);
+    });
 }
 
 } // namespace sim

@@ -38,7 +38,7 @@ public:
     /// its work against how much faster than their targets the contacts part [J].
     double apply_uncertain(std::span<const Velocity> velocity, std::span<Velocity> change);
     /// Keeps so much [-] of it.
-    void scale_uncertain(double share);
+    void scale_uncertain(double kept);
 
     /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
     bool update_marks(const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);

@@ -150,7 +150,8 @@ TEST_F(slurm, a_node_that_dies_costs_no_frame) {
     const Outcome outcome = on_cluster(
         "timeout 250 \"$TUMBLE\" " + slow +
         "--on slurm --slices 4 --quiet & process=$!\n"
-        "until [ -e out/block/frames/frame_000002.png ]; do sleep 0.05; done\n" +
+        "until [ -e out/block/frames/frame_000002.png ] && [ \"$(squeue -h -t running -w node1)\" ]; do\n"
+        "sleep 0.05; done\n" +
         cluster +
         " kill cluster 1\n"
         "wait $process; code=$?; scontrol -o show job | grep -o 'Restarts=[1-9]' | head -1; exit $code");
