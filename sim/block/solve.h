@@ -11,9 +11,6 @@ namespace {
 constexpr int set_rounds = 4;
 /// Rounds of the point-by-point loop in such lanes.
 constexpr int fallback_rounds = 5;
-/// Projections of friction in a visit, at most [-]: more gain little, the loop over the blocks goes on anyway; with one
-/// some piles do not come to rest.
-constexpr int most_projections = 2;
 /// Velocities this share [-] of their terms below the target are at it.
 constexpr double rounding = 1e-12;
 /// Targets that a rigid motion misses by no more than this share [-] of the velocities asked for are consistent.
@@ -469,10 +466,7 @@ LANES_INLINE void Visit<N>::solve_friction() {
         new_2[k] = select(loaded, new_2[k], zero);
     }
     const Mask slides = loaded & ~sticks;
-    for (int round = 0; round < most_projections && any(slides); ++round) {
-        if (round > 0) {
-            add_friction(new_1, new_2);
-        }
+    if (any(slides)) {
         slide(slides, sum, new_1, new_2);
     }
     add_friction(new_1, new_2);
