@@ -3,8 +3,10 @@
 #include "sim/base/error.h"
 #include "sim/collide/box_box.h"
 #include "sim/collide/convex_pair.h"
+#include "sim/model/polytope.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace sim {
@@ -45,11 +47,26 @@ PlacedBox placed(const Box& box, const Pose& world_from_body, const Pose& body_f
     return {box, world_from_body, body_from_part, world_from_body * body_from_part};
 }
 
+/// Largest distance of a point of a part from the part's origin [m].
+double reach_of(const PrimitiveShape& part) {
+    struct Reach {
+        double operator()(const Box& box) const { return box.half_extents.norm(); }
+        double operator()(const Sphere& sphere) const { return sphere.radius; }
+        double operator()(const Cylinder& cylinder) const { return std::hypot(cylinder.radius, cylinder.half_length); }
+        double operator()(const Capsule& capsule) const { return capsule.half_length + capsule.radius; }
+        double operator()(const Hull& hull) const { return hull.polytope->radius; }
+    };
+    return std::visit(Reach{}, part);
+}
+
 /// What the pair loop collects: contacts within the margin, or only the least separation.
 struct Collector {
     double margin = 0.0;
     std::vector<Contact>* contacts = nullptr; ///< null: separation only
     double separation = std::numeric_limits<double>::infinity();
+
+    /// Does a gap [m] matter?
+    bool is_wanted(double gap) const { return contacts != nullptr ? gap <= margin : gap < separation; }
 
     void add_convex(const Convex& a, const Convex& b, std::uint64_t id_base) {
         if (contacts != nullptr) {
@@ -228,9 +245,13 @@ void collect(const PlacedShape& a, const PlacedShape& b, Collector& out) {
     }
     std::uint64_t pair_index = 0;
     for_each_part(a.shape, [&](const PrimitiveShape& part_a, const Pose& a_from_part) {
+        const Vec3 middle_a = a.pose * a_from_part.position;
+        const double reach_a = reach_of(part_a);
         for_each_part(b.shape, [&](const PrimitiveShape& part_b, const Pose& b_from_part) {
-            part_against_part({part_a, a.pose, a_from_part}, {part_b, b.pose, b_from_part}, pair_index++ << part_id_shift,
-                              out);
+            const std::uint64_t id_base = pair_index++ << part_id_shift;
+            if (out.is_wanted((b.pose * b_from_part.position - middle_a).norm() - reach_a - reach_of(part_b))) {
+                part_against_part({part_a, a.pose, a_from_part}, {part_b, b.pose, b_from_part}, id_base, out);
+            }
         });
     });
 }
