@@ -1,17 +1,21 @@
 #include "sim/collide/rim_direction.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <tuple>
+#include <utility>
 
 namespace sim {
 namespace {
 
 using Kind = CoreFeature::Kind;
 
-/// Steps of Newton's method on a pair of features with a rim; the largest one [rad], the one that ends it,
+/// Steps of Newton's method on a pair of features with a rim; the largest one [rad], the one after which the error is its square,
 /// and how far from a rim's axis it starts at least, where s(n) has a kink.
 constexpr int newton_limit = 60;
 constexpr double largest_step = 0.3;
-constexpr double last_step = 1e-15;
+constexpr double last_step = 1e-8;
 constexpr double off_axis = 1e-3;
 
 /// Directions shorter than this [-] are none.
@@ -56,53 +60,79 @@ Vec3 off_the_axes(const RimPair& pair, const Vec3& n) {
     return n;
 }
 
-/// Local maximum of a pair's s(n) from n on; of those across the unit vector `along`, as n is, unless that is
-/// zero.
-Vec3 climbed(const RimPair& pair, Vec3 n, const Vec3& along) {
-    const bool is_bound = !along.isZero(0.0);
-    n = is_bound ? n : off_the_axes(pair, n);
-    for (int i = 0; i < newton_limit; ++i) {
+/// Of two rims: local maximum of s(n) from n on.
+Vec3 climbed(const RimPair& pair, Vec3 n) {
+    n = off_the_axes(pair, n);
+    double length = largest_step;
+    for (int i = 0; i < newton_limit && length >= last_step; ++i) {
         Mat3 hessian;
         const Vec3 gradient = pair.gradient(n, hessian);
         hessian -= n.dot(gradient) * Mat3::Identity();
-        const Vec3 t = is_bound ? Vec3(along.cross(n)) : Vec3(n.unitOrthogonal());
-        const Vec3 s = is_bound ? Vec3(Vec3::Zero()) : Vec3(n.cross(t));
+        const Vec3 t = n.unitOrthogonal();
+        const Vec3 s = n.cross(t);
         const double g_t = gradient.dot(t);
         const double g_s = gradient.dot(s);
         const double h_tt = t.dot(hessian * t);
-        const double h_ss = is_bound ? -1.0 : s.dot(hessian * s);
+        const double h_ss = s.dot(hessian * s);
         const double h_ts = t.dot(hessian * s);
         const double determinant = h_tt * h_ss - h_ts * h_ts;
         Vec3 step;
         if (h_tt < 0.0 && determinant > 0.0) {
-            step =
-                t * ((h_ts * g_s - h_ss * g_t) / determinant) + s * ((h_ts * g_t - h_tt * g_s) / determinant);
+            step = t * ((h_ts * g_s - h_ss * g_t) / determinant) + s * ((h_ts * g_t - h_tt * g_s) / determinant);
         } else {
             step = (t * g_t + s * g_s).stableNormalized() * (0.5 * largest_step); // uphill
         }
-        double length = step.norm();
+        length = step.norm();
         step *= length > largest_step ? largest_step / length : 1.0;
         // Half the step as long as it leads downhill.
         const double before = n.dot(gradient);
         Vec3 next = (n + step).normalized();
-        while (length >= last_step && pair.value(next) < before) {
+        for (; pair.value(next) < before && length >= last_step; length *= 0.5) {
             step *= 0.5;
-            length *= 0.5;
             next = (n + step).normalized();
         }
-        if (length < last_step) {
-            break;
-        }
-        n = next;
+        n = pair.value(next) >= before ? next : n;
     }
     return n;
 }
 
-/// Unit vector along what n has across the unit vector `along`; zero if it has nothing.
-Vec3 made_across(const Vec3& n, const Vec3& along) {
-    const Vec3 across = n - along * along.dot(n);
-    return across.norm() < no_direction ? Vec3(Vec3::Zero()) : Vec3(across.normalized());
-}
+/// s(n) of a rim against a line, for n = x e1 + y e2 across the line, e1 as near to the rim's axis as that is.
+struct RimOnLine {
+    double c1, c2; ///< of the place of a from b [m]
+    double radius; ///< [m]
+    double lean2;  ///< of the sine between axis and e1 the square [-]
+
+    double value(double x, double y) const { return c1 * x + c2 * y - radius * std::sqrt(lean2 * x * x + y * y); }
+
+    /// To the local maximum from a unit (x, y) on.
+    void climb(double& x, double& y) const {
+        double length = largest_step;
+        for (int i = 0; i < newton_limit && length >= last_step; ++i) {
+            const double across2 = lean2 * x * x + y * y;
+            const double pull = radius * (1.0 - lean2) / std::sqrt(across2);
+            const double before = value(x, y);
+            const double slope = c2 * x - c1 * y - pull * x * y;
+            const double curve = -(c1 * x + c2 * y) - pull * (x * x - y * y - (1.0 - lean2) * x * x * y * y / across2);
+            double step = curve < 0.0 ? -slope / curve : std::copysign(0.5 * largest_step, slope);
+            step = std::clamp(step, -largest_step, largest_step);
+            const auto next = [&] {
+                const double per = 1.0 / std::sqrt(1.0 + step * step);
+                return std::pair((x - y * step) * per, (y + x * step) * per);
+            };
+            auto [next_x, next_y] = next();
+            // Half the step as long as it leads downhill.
+            while (value(next_x, next_y) < before && std::abs(step) >= last_step) {
+                step *= 0.5;
+                std::tie(next_x, next_y) = next();
+            }
+            length = std::abs(step);
+            if (value(next_x, next_y) >= before) {
+                x = next_x;
+                y = next_y;
+            }
+        }
+    }
+};
 
 /// Of a point against a rim, c its place from the rim's centre or the other way round: from the nearest point
 /// of the disc, seen from the side of `near`. Of a point inside the cylinder s(n) is convex between face and
@@ -119,20 +149,27 @@ Vec3 direction_of_point(const Vec3& c, const Vec3& axis, double radius, const Ve
     return distance > 0.0 && height < beyond ? Vec3(across / distance) : up;
 }
 
-/// Of a line against a rim: that of the line's nearest point as if the line were in the rim's plane, and from
-/// there uphill.
-Vec3 direction_of_line(const RimPair& pair, const Vec3& axis, double radius, const Vec3& along,
-                       const Vec3& near) {
-    const Vec3 c = pair.c - along * along.dot(pair.c);
-    const Vec3 flat = made_across(direction_of_point(c, axis, radius, near), along);
-    if (std::abs(axis.dot(along)) < no_direction) {
-        return flat;
+/// Of a line against a rim: from `near` uphill, or, where that is higher, from the solution of a line in the rim's plane.
+Vec3 direction_of_line(const Vec3& c, const CoreFeature& rim, const Vec3& along, const Vec3& near) {
+    const double lean = rim.direction.dot(along);
+    const Vec3 upright = rim.direction - lean * along;
+    const double upright2 = upright.squaredNorm();
+    const Vec3 e1 = upright2 > no_direction * no_direction ? Vec3(upright / std::sqrt(upright2)) : Vec3(along.unitOrthogonal());
+    const Vec3 e2 = along.cross(e1);
+    const RimOnLine on{c.dot(e1), c.dot(e2), rim.radius, lean * lean};
+    const Vec3 flat = direction_of_point(c - along * along.dot(c), e1, rim.radius, near);
+    double x = flat.dot(e1);
+    double y = flat.dot(e2);
+    if (std::abs(lean) > no_direction) {
+        const Eigen::Vector2d from(near.dot(e1), near.dot(e2));
+        const double length = from.norm();
+        if (length > no_direction && on.value(from.x() / length, from.y() / length) > on.value(x, y)) {
+            x = from.x() / length;
+            y = from.y() / length;
+        }
+        on.climb(x, y);
     }
-    Vec3 n = made_across(near, along);
-    if (!flat.isZero(0.0) && (n.isZero(0.0) || pair.value(flat) > pair.value(n))) {
-        n = flat;
-    }
-    return n.isZero(0.0) ? n : climbed(pair, n, along);
+    return x * e1 + y * e2;
 }
 
 } // namespace
@@ -145,13 +182,12 @@ Vec3 rim_direction(const CoreFeature& fa, const CoreFeature& fb, const Vec3& nea
         return direction_of_point(c, rim.direction, rim.radius, near);
     }
     if (other.kind == Kind::edge) {
-        const RimPair pair{c, {rim.direction, Vec3::Zero()}, {rim.radius, 0.0}};
-        return direction_of_line(pair, rim.direction, rim.radius, other.direction, near);
+        return direction_of_line(c, rim, other.direction, near);
     }
     if (rim.direction.cross(other.direction).norm() < no_direction) {
         return direction_of_point(c, rim.direction, rim.radius + other.radius, near);
     }
-    return climbed({c, {fa.direction, fb.direction}, {fa.radius, fb.radius}}, near, Vec3::Zero());
+    return climbed({c, {fa.direction, fb.direction}, {fa.radius, fb.radius}}, near);
 }
 
 } // namespace sim
