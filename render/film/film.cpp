@@ -246,8 +246,9 @@ void Film::list_shots() {
         shot.left = static_cast<int>(moments.size());
         for (DrawList& list : plan_->lists(colored, moments)) {
             --shot.left;
-            shot.list = std::move(list);
-            listed_.push(shot);
+            Shot next = shot;
+            next.list = std::move(list);
+            listed_.push(std::move(next));
             shot.is_first = false;
         }
     }

@@ -236,6 +236,7 @@ DrawList common_list(const Shown& shown, const std::vector<Parts>& parts, const 
 
 /// Adds one state's parts to what it has in common with the others.
 void add_state(const Shown& shown, const Parts& parts, const Filled& filled, DrawList& list) {
+    list.boxes.reserve(parts.boxes.size());
     for (const Part& part : parts.boxes) {
         list.boxes.push_back(part.instance);
     }

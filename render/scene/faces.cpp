@@ -66,6 +66,11 @@ public:
 
     /// Moves the faces into the list, kind by kind, and numbers them.
     void finish() {
+        std::size_t count = 0;
+        for (const auto& [kind, faces] : faces_) {
+            count += faces.size();
+        }
+        list_.faces.reserve(count);
         for (auto& [kind, faces] : faces_) {
             list_.face_batches.push_back(
                 {kind, static_cast<int>(list_.faces.size()), static_cast<int>(faces.size())});

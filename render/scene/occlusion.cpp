@@ -123,6 +123,7 @@ OcclusionVolume::OcclusionVolume(const glm::vec3& lower, const glm::vec3& upper,
 struct CellRow {
     glm::vec3 p;
     glm::vec3 step;
+    glm::vec3 per_step; ///< 1 / step: the same for all rows of an instance
     float begin; ///< of the cells 0.. that are worth a look, the first and last
     float end;
 
@@ -153,7 +154,8 @@ void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const
     }
     const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(glm::max(center - reach, -1.0f))), 0);
     const glm::ivec3 to = glm::min(glm::ivec3(glm::ceil(glm::min(center + reach, 1e6f))), size);
-    CellRow cells{{}, turned_back(instance.orientation, {cell_, 0, 0}), 0.0f, 0.0f};
+    const glm::vec3 step = turned_back(instance.orientation, {cell_, 0, 0});
+    CellRow cells{{}, step, 1.0f / step, 0.0f, 0.0f};
     for (int z = from.z; z < to.z; ++z) {
         for (int y = from.y; y < to.y; ++y) {
             const glm::vec3 first((static_cast<float>(from.x) + 0.5f - center.x) * cell_,
@@ -163,9 +165,14 @@ void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const
             cells.begin = 0.0f;
             cells.end = static_cast<float>(to.x - from.x - 1);
             clip(cells);
+            if (cells.begin > cells.end) {
+                continue; // between 0 and the last otherwise
+            }
             float* row =
                 levels_[0].filled.data() + (static_cast<std::size_t>(z) * size.y + y) * size.x + from.x;
-            for (int i = static_cast<int>(std::ceil(cells.begin)); static_cast<float>(i) <= cells.end; ++i) {
+            const auto last = static_cast<int>(cells.end);
+            auto i = static_cast<int>(cells.begin);
+            for (i += static_cast<float>(i) < cells.begin ? 1 : 0; i <= last; ++i) {
                 row[i] = std::min(1.0f, row[i] + share(cells.p + cells.step * static_cast<float>(i)));
             }
         }
@@ -175,10 +182,13 @@ void OcclusionVolume::add(const Instance& instance, const glm::vec3& half, const
 /// Clips to a box of half extents `half`, and half a cell around it.
 auto OcclusionVolume::to_box(const glm::vec3& half) const {
     return [limit = half + 0.5f * cell_](CellRow& row) {
-        for (int axis = 0; axis < 3; ++axis) {
-            row.keep(row.p[axis], row.step[axis], limit[axis]);
-            row.keep(-row.p[axis], -row.step[axis], limit[axis]);
-        }
+        // Across the row these are infinite, or no numbers where all shares are 0.
+        const glm::vec3 from_lower = (-limit - row.p) * row.per_step;
+        const glm::vec3 from_upper = (limit - row.p) * row.per_step;
+        const glm::vec3 begin = glm::min(from_lower, from_upper);
+        const glm::vec3 end = glm::max(from_lower, from_upper);
+        row.begin = std::max({row.begin, begin.x, begin.y, begin.z});
+        row.end = std::min({row.end, end.x, end.y, end.z});
     };
 }
 
