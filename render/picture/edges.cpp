@@ -347,25 +347,40 @@ void smooth_pixel(const PartTable& parts, const Candidates& found, const glm::ve
     }
 }
 
+/// A row without alpha: some pixels at a time. What is written beyond them is overwritten by the next.
+template <class Sample>
+[[gnu::always_inline]] inline void drop_alpha(const Sample* from, int width, Sample* to) {
+    int x = 0;
+    if constexpr (sizeof(Sample) == 1) {
+        using Bytes = std::uint8_t __attribute__((vector_size(16)));
+        for (; x + 5 < width; x += 4) {
+            Bytes pixels;
+            std::memcpy(&pixels, from + 4 * x, sizeof(pixels));
+            pixels =
+                __builtin_shufflevector(pixels, pixels, 0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, 3, 7, 11, 15);
+            std::memcpy(to + 3 * x, &pixels, sizeof(pixels));
+        }
+    }
+    for (; x + 1 < width; ++x) {
+        std::memcpy(to + 3 * x, from + 4 * x, 4 * sizeof(Sample));
+    }
+    std::memcpy(to + 3 * x, from + 4 * x, 3 * sizeof(Sample));
+}
+
 /// Without alpha, top row first.
 template <class Sample>
-std::vector<Sample> flipped_samples(const RawPicture& raw, const std::vector<Sample>& rgba) {
+FOR_ALL_AND_AVX2 std::vector<Sample> flipped_samples(const RawPicture& raw, const std::vector<Sample>& rgba) {
     std::vector<Sample> rgb(static_cast<std::size_t>(raw.width) * static_cast<std::size_t>(raw.height) * 3);
     for (int y = 0; y < raw.height; ++y) {
-        const Sample* from = rgba.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 4;
-        Sample* to = rgb.data() + static_cast<std::size_t>(y) * raw.width * 3;
-        // Four samples at a time: the fourth is overwritten by the next pixel.
-        for (int x = 0; x + 1 < raw.width; ++x) {
-            std::memcpy(to + 3 * x, from + 4 * x, 4 * sizeof(Sample));
-        }
-        std::memcpy(to + 3 * (raw.width - 1), from + 4 * (raw.width - 1), 3 * sizeof(Sample));
+        drop_alpha(rgba.data() + static_cast<std::size_t>(raw.height - 1 - y) * raw.width * 4, raw.width,
+                   rgb.data() + static_cast<std::size_t>(y) * raw.width * 3);
     }
     return rgb;
 }
 
 template <class Sample>
-std::vector<Sample> smooth_samples(const RawPicture& raw, const std::vector<Sample>& rgba,
-                                   const PartTable& parts) {
+[[gnu::flatten]] FOR_ALL_AND_AVX2 std::vector<Sample>
+smooth_samples(const RawPicture& raw, const std::vector<Sample>& rgba, const PartTable& parts) {
     std::vector<Sample> rgb = flipped_samples(raw, rgba);
     EdgeFinder edges(raw.width);
     for (int y = 0; y < raw.height; ++y) {

@@ -8,6 +8,14 @@
 #include <xmmintrin.h>
 #endif
 
+/// By g++ compiled twice, chosen when the program starts: the same numbers, sooner where there is AVX2. With
+/// [[gnu::flatten]] also what the function calls.
+#if defined(__x86_64__) && defined(__linux__) && !defined(__clang__)
+#define FOR_ALL_AND_AVX2 __attribute__((target_clones("default", "avx2")))
+#else
+#define FOR_ALL_AND_AVX2
+#endif
+
 namespace render {
 
 using Float4 = float __attribute__((vector_size(16)));

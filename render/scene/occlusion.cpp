@@ -27,13 +27,6 @@ constexpr Tap upright_tap{6.0f, 0.40f, 2};
 /// Filled share that a sample may find above a lone flat face that lies askew: taken off.
 constexpr float own_share = 0.03f;
 
-/// By g++ compiled twice, chosen when the program starts: the same numbers, sooner where there is AVX2.
-#if defined(__x86_64__) && defined(__linux__) && !defined(__clang__)
-#define FOR_ALL_AND_AVX2 __attribute__((target_clones("default", "avx2")))
-#else
-#define FOR_ALL_AND_AVX2
-#endif
-
 template <class Vector>
 Vector least(Vector a, Vector b) {
     return chosen(a < b, a, b);
