@@ -146,7 +146,9 @@ void add_scene_verbs(CLI::App& app, cmd::Options& options) {
     cmd::add_frame_options(*render, options);
     render->add_flag("--resume", options.is_resumed, "Goes on after an interruption: whole frames are kept");
     cmd::add_still_options(*render, options);
-    render->add_option("TRAJECTORY", options.inputs, "A trajectory.h5")->required()->type_name("");
+    render->add_option("RUN", options.inputs, "Folder of a run, or its trajectory.h5")
+        ->required()
+        ->type_name("");
     render->final_callback([&options] { cmd::render_trajectory(options); });
     CLI::App* join = app.add_subcommand("join", "The film from the frames of one or more folders");
     join->add_option("FOLDER", options.inputs, "Folders with frames/")->required()->type_name("");
