@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -50,7 +51,7 @@ struct RimPair {
     }
 };
 
-/// Turned a little towards c where n lies along a rim's axis.
+/// Turned a little towards c, by less than off_axis, where n lies along a rim's axis.
 Vec3 off_the_axes(const RimPair& pair, const Vec3& n) {
     for (std::size_t i = 0; i < 2; ++i) {
         if (pair.radius[i] > 0.0 && pair.axis[i].cross(n).norm() < 0.5 * off_axis) {
@@ -60,11 +61,31 @@ Vec3 off_the_axes(const RimPair& pair, const Vec3& n) {
     return n;
 }
 
+/// The axis of a rim near n, if s(n) has a peak there: nothing pulls away from the kink by more than the rim's radius.
+std::optional<Vec3> peak_near(const RimPair& pair, const Vec3& n) {
+    for (std::size_t i = 0; i < 2; ++i) {
+        if (pair.axis[i].cross(n).norm() < off_axis) {
+            const Vec3 peak = std::copysign(1.0, pair.axis[i].dot(n)) * pair.axis[i];
+            RimPair rest = pair;
+            rest.radius[i] = 0.0;
+            Mat3 hessian;
+            const Vec3 pull = rest.gradient(peak, hessian);
+            if ((pull - peak * peak.dot(pull)).norm() <= pair.radius[i]) {
+                return peak;
+            }
+        }
+    }
+    return std::nullopt;
+}
+
 /// Of two rims: local maximum of s(n) from n on.
 Vec3 climbed(const RimPair& pair, Vec3 n) {
     n = off_the_axes(pair, n);
     double length = largest_step;
     for (int i = 0; i < newton_limit && length >= last_step; ++i) {
+        if (const std::optional<Vec3> peak = peak_near(pair, n)) {
+            return *peak;
+        }
         Mat3 hessian;
         const Vec3 gradient = pair.gradient(n, hessian);
         hessian -= n.dot(gradient) * Mat3::Identity();
