@@ -12,8 +12,8 @@ namespace {
 
 using Kind = CoreFeature::Kind;
 
-/// Steps of Newton's method on a pair of features with a rim; the largest one [rad], the one after which the error is its square,
-/// and how far from a rim's axis it starts at least, where s(n) has a kink.
+/// Steps of Newton's method on a pair of features with a rim; the largest one [rad], the one after which the
+/// error is its square, and how far from a rim's axis it starts at least, where s(n) has a kink.
 constexpr int newton_limit = 60;
 constexpr double largest_step = 0.3;
 constexpr double last_step = 1e-8;
@@ -61,7 +61,8 @@ Vec3 off_the_axes(const RimPair& pair, const Vec3& n) {
     return n;
 }
 
-/// The axis of a rim near n, if s(n) has a peak there: nothing pulls away from the kink by more than the rim's radius.
+/// The axis of a rim near n, if s(n) has a peak there: nothing pulls away from the kink by more than the
+/// rim's radius.
 std::optional<Vec3> peak_near(const RimPair& pair, const Vec3& n) {
     for (std::size_t i = 0; i < 2; ++i) {
         if (pair.axis[i].cross(n).norm() < off_axis) {
@@ -99,7 +100,8 @@ Vec3 climbed(const RimPair& pair, Vec3 n) {
         const double determinant = h_tt * h_ss - h_ts * h_ts;
         Vec3 step;
         if (h_tt < 0.0 && determinant > 0.0) {
-            step = t * ((h_ts * g_s - h_ss * g_t) / determinant) + s * ((h_ts * g_t - h_tt * g_s) / determinant);
+            step =
+                t * ((h_ts * g_s - h_ss * g_t) / determinant) + s * ((h_ts * g_t - h_tt * g_s) / determinant);
         } else {
             step = (t * g_t + s * g_s).stableNormalized() * (0.5 * largest_step); // uphill
         }
@@ -117,13 +119,16 @@ Vec3 climbed(const RimPair& pair, Vec3 n) {
     return n;
 }
 
-/// s(n) of a rim against a line, for n = x e1 + y e2 across the line, e1 as near to the rim's axis as that is.
+/// s(n) of a rim against a line, for n = x e1 + y e2 across the line, e1 as near to the rim's axis as that
+/// is.
 struct RimOnLine {
     double c1, c2; ///< of the place of a from b [m]
     double radius; ///< [m]
     double lean2;  ///< of the sine between axis and e1 the square [-]
 
-    double value(double x, double y) const { return c1 * x + c2 * y - radius * std::sqrt(lean2 * x * x + y * y); }
+    double value(double x, double y) const {
+        return c1 * x + c2 * y - radius * std::sqrt(lean2 * x * x + y * y);
+    }
 
     /// To the local maximum from a unit (x, y) on.
     void climb(double& x, double& y) const {
@@ -133,7 +138,8 @@ struct RimOnLine {
             const double pull = radius * (1.0 - lean2) / std::sqrt(across2);
             const double before = value(x, y);
             const double slope = c2 * x - c1 * y - pull * x * y;
-            const double curve = -(c1 * x + c2 * y) - pull * (x * x - y * y - (1.0 - lean2) * x * x * y * y / across2);
+            const double curve =
+                -(c1 * x + c2 * y) - pull * (x * x - y * y - (1.0 - lean2) * x * x * y * y / across2);
             double step = curve < 0.0 ? -slope / curve : std::copysign(0.5 * largest_step, slope);
             step = std::clamp(step, -largest_step, largest_step);
             const auto next = [&] {
@@ -170,12 +176,14 @@ Vec3 direction_of_point(const Vec3& c, const Vec3& axis, double radius, const Ve
     return distance > 0.0 && height < beyond ? Vec3(across / distance) : up;
 }
 
-/// Of a line against a rim: from `near` uphill, or, where that is higher, from the solution of a line in the rim's plane.
+/// Of a line against a rim: from `near` uphill, or, where that is higher, from the solution of a line in the
+/// rim's plane.
 Vec3 direction_of_line(const Vec3& c, const CoreFeature& rim, const Vec3& along, const Vec3& near) {
     const double lean = rim.direction.dot(along);
     const Vec3 upright = rim.direction - lean * along;
     const double upright2 = upright.squaredNorm();
-    const Vec3 e1 = upright2 > no_direction * no_direction ? Vec3(upright / std::sqrt(upright2)) : Vec3(along.unitOrthogonal());
+    const Vec3 e1 = upright2 > no_direction * no_direction ? Vec3(upright / std::sqrt(upright2))
+                                                           : Vec3(along.unitOrthogonal());
     const Vec3 e2 = along.cross(e1);
     const RimOnLine on{c.dot(e1), c.dot(e2), rim.radius, lean * lean};
     const Vec3 flat = direction_of_point(c - along * along.dot(c), e1, rim.radius, near);
