@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <variant>
 
 namespace sim {
@@ -16,17 +17,23 @@ constexpr double recheck_share = 0.02;
 /// Pairs of boxes [-] looked at together: a multiple of the lanes, on the stack.
 constexpr std::size_t axes_at_once = 256;
 
+bool is_same(const Pose& a, const Pose& b) {
+    return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
 } // namespace
 
-PairDistances::PairDistances(const Bodies& bodies, std::size_t count, const StepSettings& settings, Workers& workers)
-    : bodies_(bodies), settings_(settings), workers_(workers), box_rows_(count), looked_at_(count), moved_(count) {
+PairDistances::PairDistances(const Bodies& bodies, std::size_t count, const StepSettings& settings,
+                             Workers& workers)
+    : bodies_(bodies), settings_(settings), workers_(workers), box_rows_(count), looked_at_(count),
+      moved_(count) {
     for (std::size_t i = 0; i < count; ++i) {
         is_box_.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
     }
 }
 
-/// Where the bodies of the candidates that are boxes stand, at `poses`; is_moved(i): has body i moved since its pairs were
-/// looked at?
+/// Where the bodies of the candidates that are boxes stand, at `poses`; is_moved(i): has body i moved since
+/// its pairs were looked at?
 template <typename F>
 void PairDistances::place(const Candidates& candidates, std::span<const Pose> poses, F&& is_moved) {
     grow(axes_, candidates.slot_count(true));
@@ -53,7 +60,8 @@ void PairDistances::place(const Candidates& candidates, std::span<const Pose> po
 
 bool PairDistances::has_moved(const Candidate& candidate) const {
     const auto [a, b] = candidate.bodies;
-    return candidate.is_new || moved_[static_cast<std::size_t>(a)] != 0 || moved_[static_cast<std::size_t>(b)] != 0;
+    return candidate.is_new || moved_[static_cast<std::size_t>(a)] != 0 ||
+           moved_[static_cast<std::size_t>(b)] != 0;
 }
 
 /// Separating axes of the pairs of boxes among these candidates that have moved.
@@ -83,17 +91,22 @@ double PairDistances::least_separation(const Candidate& candidate, std::span<con
     }
     const auto a = static_cast<std::size_t>(candidate.bodies.a);
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
-    return found.distance < 0.0 ? found.distance
-                                : found.distance - moved_by(bodies_.props[a], found.a, poses[a], Vec3::Zero()) -
-                                      moved_by(bodies_.props[b], found.b, poses[b], Vec3::Zero());
+    return found.distance < 0.0
+               ? found.distance
+               : found.distance - moved_by(bodies_.props[a], found.a, poses[a], Vec3::Zero()) -
+                     moved_by(bodies_.props[b], found.b, poses[b], Vec3::Zero());
 }
 
-void PairDistances::set_apart(const Candidate& candidate) {
-    const Pose& a = bodies_.pose[static_cast<std::size_t>(candidate.bodies.a)];
-    const Pose& b = bodies_.pose[static_cast<std::size_t>(candidate.bodies.b)];
-    const Shape& shape_a = bodies_.props[static_cast<std::size_t>(candidate.bodies.a)].shape;
-    const Shape& shape_b = bodies_.props[static_cast<std::size_t>(candidate.bodies.b)].shape;
-    separations_[candidate.slot] = {separation({shape_a, a}, {shape_b, b}), a, b, 0.0};
+/// Looks at a pair, no boxes, at these poses, unless it was looked at there last.
+void PairDistances::look(const Candidate& candidate, std::span<const Pose> poses) {
+    const auto a = static_cast<std::size_t>(candidate.bodies.a);
+    const auto b = static_cast<std::size_t>(candidate.bodies.b);
+    Separation& found = separations_[candidate.slot];
+    if (std::isinf(found.distance) || !is_same(found.a, poses[a]) || !is_same(found.b, poses[b])) {
+        found = {separation({bodies_.props[a].shape, poses[a]}, {bodies_.props[b].shape, poses[b]}), poses[a],
+                 poses[b]};
+    }
+    found.penetration = -found.distance;
 }
 
 /// Of a pair at the present poses: within the step?
@@ -106,10 +119,8 @@ bool PairDistances::may_touch(const Candidates& candidates, const Candidate& can
 }
 
 std::span<const std::uint32_t> PairDistances::find_near(Candidates& candidates) {
-    place(candidates, bodies_.pose, [&](std::size_t i) {
-        return is_box_[i] != 0 && (looked_at_[i].position != bodies_.pose[i].position ||
-                                   looked_at_[i].orientation.coeffs() != bodies_.pose[i].orientation.coeffs());
-    });
+    place(candidates, bodies_.pose,
+          [&](std::size_t i) { return is_box_[i] != 0 && !is_same(looked_at_[i], bodies_.pose[i]); });
     const std::span<Candidate> all = candidates.all();
     const auto find = [&](std::size_t first, std::size_t last) {
         update_axes(all.subspan(first, last - first));
@@ -130,21 +141,20 @@ std::span<const std::uint32_t> PairDistances::find_near(Candidates& candidates) 
 
 void PairDistances::check(Candidates& candidates, std::span<const Pose> planned, bool is_first) {
     place(candidates, planned, [&](std::size_t i) {
-        return is_first ||
-               moved_by(bodies_.props[i], looked_at_[i], planned[i], Vec3::Zero()) > recheck_share * settings_.tolerance;
+        return is_first || moved_by(bodies_.props[i], looked_at_[i], planned[i], Vec3::Zero()) >
+                               recheck_share * settings_.tolerance;
     });
     const std::span<Candidate> all = candidates.all();
     const auto check_some = [&](std::size_t first, std::size_t last) {
         update_axes(all.subspan(first, last - first));
         for (Candidate& candidate : all.subspan(first, last - first)) {
-            const auto a = static_cast<std::size_t>(candidate.bodies.a);
-            const auto b = static_cast<std::size_t>(candidate.bodies.b);
             if (!candidate.are_boxes && has_moved(candidate)) {
-                double depth = -least_separation(candidate, planned);
-                if (depth >= 0.0) {
-                    depth = -separation({bodies_.props[a].shape, planned[a]}, {bodies_.props[b].shape, planned[b]});
+                const double apart = least_separation(candidate, planned);
+                if (apart > 0.0) {
+                    separations_[candidate.slot].penetration = -apart;
+                } else {
+                    look(candidate, planned);
                 }
-                separations_[candidate.slot].penetration = depth;
             }
             candidate.is_new = false;
         }

@@ -1,5 +1,6 @@
 #pragma once
-/// How far candidates are apart, at the present poses and at planned ones: what was found is kept while the bodies stay.
+/// How far candidates are apart, at the present poses and at planned ones: what was found is kept while the
+/// bodies stay.
 #include "sim/base/grow.h"
 #include "sim/base/workers.h"
 #include "sim/collide/box_axes.h"
@@ -17,23 +18,25 @@ public:
     /// Indices of the candidates that may touch within the step, at the present poses.
     std::span<const std::uint32_t> find_near(Candidates& candidates);
 
-    /// Depths of penetration of the candidates at `planned` poses. is_first: of this plan; later only pairs of bodies that
-    /// moved since are looked at.
+    /// Depths of penetration of the candidates at `planned` poses. is_first: of this plan; later only pairs
+    /// of bodies that moved since are looked at.
     void check(Candidates& candidates, std::span<const Pose> planned, bool is_first);
     /// [m] then.
     double penetration(const Candidate& candidate) const {
-        return candidate.are_boxes ? -axes_[candidate.slot].separation() : separations_[candidate.slot].penetration;
+        return candidate.are_boxes ? -axes_[candidate.slot].separation()
+                                   : separations_[candidate.slot].penetration;
     }
 
     const BoxAxes& axes(std::size_t slot) const { return axes_[slot]; } ///< of boxes
     /// Others, no box and no contact: they are looked at again once they may have come near.
-    void set_apart(const Candidate& candidate);
+    void set_apart(const Candidate& candidate) { look(candidate, bodies_.pose); }
 
 private:
     template <typename F>
     void place(const Candidates& candidates, std::span<const Pose> poses, F&& is_moved);
     void update_axes(std::span<const Candidate> candidates);
     bool has_moved(const Candidate& candidate) const;
+    void look(const Candidate& candidate, std::span<const Pose> poses);
     double least_separation(const Candidate& candidate, std::span<const Pose> poses);
     bool may_touch(const Candidates& candidates, const Candidate& candidate);
 
