@@ -22,10 +22,9 @@ constexpr double off_axis = 1e-3;
 /// Directions shorter than this [-] are none.
 constexpr double no_direction = 1e-9;
 
-/// s(n) of a point of a against a point of b, both on rims or fixed: n . c - sum of r |n across the rim's
-/// axis|.
+/// s(n) of two rims: n . c - sum of r |n across the rim's axis|.
 struct RimPair {
-    Vec3 c; ///< point or centre on a minus that on b [m]
+    Vec3 c; ///< centre of the one on a minus that of the one on b [m]
     std::array<Vec3, 2> axis;
     std::array<double, 2> radius;
 
@@ -40,7 +39,7 @@ struct RimPair {
         for (std::size_t i = 0; i < 2; ++i) {
             const Vec3 across = n - axis[i] * axis[i].dot(n);
             const double length = across.norm();
-            if (radius[i] > 0.0 && length > 0.0) {
+            if (length > 0.0) {
                 const Vec3 radial = across / length;
                 const Vec3 tangent = axis[i].cross(radial);
                 result -= radius[i] * radial;
@@ -54,15 +53,14 @@ struct RimPair {
 /// Turned a little towards c, by less than off_axis, where n lies along a rim's axis.
 Vec3 off_the_axes(const RimPair& pair, const Vec3& n) {
     for (std::size_t i = 0; i < 2; ++i) {
-        if (pair.radius[i] > 0.0 && pair.axis[i].cross(n).norm() < 0.5 * off_axis) {
+        if (pair.axis[i].cross(n).norm() < 0.5 * off_axis) {
             return (n + off_axis * (pair.c - n * n.dot(pair.c)).stableNormalized()).normalized();
         }
     }
     return n;
 }
 
-/// The axis of a rim near n, if s(n) has a peak there: nothing pulls away from the kink by more than the
-/// rim's radius.
+/// The axis of a rim near n, if s(n) has a peak there: what pulls away from the kink is no more than the radius.
 std::optional<Vec3> peak_near(const RimPair& pair, const Vec3& n) {
     for (std::size_t i = 0; i < 2; ++i) {
         if (pair.axis[i].cross(n).norm() < off_axis) {
@@ -119,8 +117,7 @@ Vec3 climbed(const RimPair& pair, Vec3 n) {
     return n;
 }
 
-/// s(n) of a rim against a line, for n = x e1 + y e2 across the line, e1 as near to the rim's axis as that
-/// is.
+/// s(n) of a rim against a line, for n = x e1 + y e2 across the line; of all such e1 is the nearest to the rim's axis.
 struct RimOnLine {
     double c1, c2; ///< of the place of a from b [m]
     double radius; ///< [m]
