@@ -91,12 +91,9 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         const Real u_n = twist.normal(x, y);
         points[k].ahead = bits_of(ahead);
         points[k].closing = bits_of(here & ahead & (gap + h * (u_n - (0.5 * h) * fall) <= 0.0));
-        Real after_step = max(gap, real(-rules.band));
-        if (rules.is_doubtful) {
-            // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown.
-            const Real push = max(h * sqrt(max(-(2.0 * rules.weight * gap), zero)), real(rules.tolerance));
-            after_step = min(after_step, gap + push);
-        }
+        // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown.
+        const Real push = max(h * sqrt(max(-(2.0 * rules.weight * gap), zero)), real(rules.tolerance));
+        const Real after_step = min(max(gap, real(-rules.band)), gap + push);
         store(r.gap_target, select(gap <= rules.band, gap + rules.step_share * (after_step - gap), zero));
         const Mask loaded = here & (memory.p_n > 0.0);
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);

@@ -73,10 +73,13 @@ int Repair::repair(std::span<const Velocity> at_node) {
             meeting_.push_back(candidate.bodies);
             continue;
         }
-        ++repaired;
-        const std::vector<Contact> contacts = contacts_of(candidate.bodies);
         const std::size_t index = search_.index_of(candidate.bodies);
         const bool is_known = index < search_.pairs.size();
+        if (is_known && depth <= -search_.pairs[index].least_gap) {
+            continue; // a solve that came to no end has left it, and it parts
+        }
+        ++repaired;
+        const std::vector<Contact> contacts = contacts_of(candidate.bodies);
         if (is_known && contacts.empty()) {
             continue;
         }
