@@ -49,8 +49,7 @@ struct BlockBatch {
     int count = 0;         ///< [-] points of a lane: 1, 2, 4, 6 or block_size
     unsigned moves_a = 0;  ///< bit l: body a of lane l is not static
     unsigned moves_b = 0;
-    unsigned flat = 0;      ///< bit l: a face against points: gaps are linear in small changes of velocity
-    unsigned face_of_a = 0; ///< bit l: whose face
+    unsigned face_of_a = 0; ///< bit l: a face of a against points of b
     bool has_friction = false;
     Lanes frame[9];    ///< t_1, t_2, n, each x y z
     Lanes r_a[3];      ///< middle of the contacts on a from its centre of mass [m]
@@ -83,21 +82,6 @@ struct BatchPreparation {
     const double* velocity = nullptr; ///< before any impulse; rows as in BatchSweep
 };
 void prepare_batches(const BatchPreparation& preparation);
-
-/// What is left of the errors of all gaps after sweeps, where it is linear in the velocities' changes.
-struct BatchCheck {
-    const BlockBatch* batches = nullptr;
-    std::size_t batch_count = 0;
-    const BatchPoint* points = nullptr;
-    const double* velocity = nullptr; ///< rows as in BatchSweep
-    const double* measured = nullptr; ///< the same when the gaps were measured
-    const double* radius = nullptr;   ///< [m] [body_count] of the bodies around their centres; static: 0
-    double h = 0.0;                   ///< [s] the interval
-    double bend = 0.0;                ///< [m] gaps may be so far from linear
-    unsigned* unsure = nullptr;       ///< [batch_count] then bit l: lane l bends more, and is not looked at
-};
-/// Returns the largest error of a gap [m], two-sided where a point carries load.
-double check_batches(const BatchCheck& check);
 
 /// What a sweep over batches needs beside them.
 struct BatchSweep {

@@ -286,7 +286,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
     for (BatchPoint& point : own) {
         point.there = 0;
     }
-    batch.moves_a = batch.moves_b = batch.flat = batch.face_of_a = 0;
+    batch.moves_a = batch.moves_b = batch.face_of_a = 0;
     batch.has_friction = false;
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
         if (batch.block[lane] < 0) {
@@ -306,10 +306,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
         batch.moves_b |= bodies.props[static_cast<std::size_t>(block.b)].is_static() ? 0u : bit;
         batch.has_friction = batch.has_friction || block.has_friction();
         batch.mu.x[lane] = block.mu_d;
-        const ContactFeature& feature = from[0]->feature;
-        const bool of_a = feature.kind == FeatureKind::face_a;
-        batch.face_of_a |= of_a ? bit : 0u;
-        batch.flat |= (of_a || feature.kind == FeatureKind::face_b) && !is_curved(feature) ? bit : 0u;
+        batch.face_of_a |= from[0]->feature.kind == FeatureKind::face_a ? bit : 0u;
         for (std::size_t k = 0; k < own.size(); ++k) {
             const bool is_there = k < from.size();
             at[lane_count * k + lane] = is_there ? &from[k]->at.gap : &nowhere.gap;

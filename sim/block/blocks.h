@@ -109,9 +109,6 @@ struct DriveWork {
 /// Loops over fewer blocks, pairs or bodies are not worth while to be shared among threads.
 inline constexpr std::size_t least_shared = 32;
 
-/// With fewer batches of a colour it is not worth while to share them among threads.
-inline constexpr std::size_t least_batches = 4;
-
 /// Blocks are passed over while their bodies changed by less than this share [-] of the iteration's tolerance.
 inline constexpr double skip_share = 0.2;
 
@@ -126,6 +123,10 @@ inline constexpr int first_newton = 12;
 /// Bodies [-] of an island, or else loops of blocks in it, up to which a factorisation is cheaper than the sweeps that it saves:
 /// a tower's factors are as sparse as its matrix, those of a dense heap of 256 take a tenth of a second.
 inline constexpr std::size_t newton_size = 64;
+
+/// Rounds [-] of what is repeated until it is right, where nothing proves that it ends: linear solves at predicted poses, changes
+/// of marks, motors at their limits, repairs, the time of an impact.
+inline constexpr int most_rounds = 12;
 
 /// Looking for contacts and arranging them counts as so many sweeps [-] where work is bounded.
 inline constexpr int sweeps_to_arrange = 10;
@@ -190,7 +191,7 @@ public:
             if (begin >= first_batch) {
                 share(
                     end - begin, [&](std::size_t first, std::size_t last) { work(begin + first, begin + last); },
-                    least_batches);
+                    least_shared / lane_count);
             }
             begin = end;
         }

@@ -2,6 +2,7 @@
 
 #include "sim/model/integrate.h"
 #include "sim/solve/gap_measure.h"
+#include "sim/solve/time_of_impact.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,9 +12,10 @@
 namespace sim {
 namespace {
 
-/// The iteration stops when no contact changed by more than this share [-] of the tolerance over h, or by the
-/// velocity tolerance, whichever is smaller.
-constexpr double iteration_share = 0.5;
+/// Share [-] of the tolerance that each of these may leave: a change that ends the sweeps (over h; or the velocity tolerance,
+/// whichever is smaller); the gap errors of one linear solve before it is repeated at the predicted poses; and a gap as it
+/// is, for closing it would need a velocity, which the next step has to take away again, and no tower rests on such.
+constexpr double left_share = 0.5;
 
 /// Share [-] of the impulses at t0 that acts before it, when the velocities were last exact `last_interval`
 /// [s] ago.
@@ -23,10 +25,6 @@ double node_weight(double last_interval, double h) {
 
 /// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
 constexpr double limit_rounding = 1e-9;
-
-/// Within this share [-] of the tolerance a gap is left as it is: closing it would need a velocity, which the next step has to
-/// take away again, and no tower rests on such.
-constexpr double soft_band = 0.5;
 
 /// An impact is passed on by contacts whose impulse exceeds this many times [-] the last step's force, and the weight.
 /// What the bodies that it reaches feel beyond these answers it and is no force. Elsewhere all impulses are: of a load that only
@@ -38,34 +36,21 @@ constexpr double largest_growth = 2.0;
 constexpr double settled_change = 1e-5;
 constexpr double last_share = 0.05;
 
-/// The gap errors left by one linear solve may be this share [-] of the tolerance before it is repeated at
-/// the predicted poses.
-constexpr double accepted_share = 0.5;
-
-/// Gap errors [m] that rounding leaves.
-constexpr double gap_rounding = 1e-13;
-
-/// Changes of marks within one linear solve.
-constexpr int mark_rounds = 10;
-
-/// Linear solves of one step before it counts as not converged.
-constexpr int outer_limit = 12;
-
 } // namespace
 
 void ContactSolver::set_rules(const StepSettings& settings, double h) {
     settings_ = settings;
     const double step_share = std::min(h / settings.time_step.value(), 1.0);
-    iteration_tolerance_ = std::min(iteration_share * settings.tolerance / h, settings.velocity_tolerance);
+    iteration_tolerance_ = std::min(left_share * settings.tolerance / h, settings.velocity_tolerance);
     const Vec3& gravity = settings.gravity;
     rules_ = {.h = h,
               .tolerance = settings.tolerance,
-              .band = soft_band * settings.tolerance,
+              .band = left_share * settings.tolerance,
               .step_share = step_share,
               .velocity_tolerance = settings.velocity_tolerance,
               .largest_growth = largest_growth,
               .limit = 1.0 - limit_rounding,
-              .slip_tolerance = iteration_share * settings.tolerance,
+              .slip_tolerance = left_share * settings.tolerance,
               .gravity = {gravity.x(), gravity.y(), gravity.z()},
               .weight = gravity.norm(),
               .warm_start = settings.warm_start,
@@ -83,12 +68,12 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     joints_.prepare(bodies, joints);
     to_.begin(bodies, settings.gravity, h);
     for (const PairContacts& pair : pairs) {
-        to_.add(bodies, pair.manifold.body_a);
-        to_.add(bodies, pair.manifold.body_b);
+        to_.add(pair.manifold.body_a);
+        to_.add(pair.manifold.body_b);
     }
     for (const Joint& joint : joints) {
-        to_.add(bodies, joint.a);
-        to_.add(bodies, joint.b);
+        to_.add(joint.a);
+        to_.add(joint.b);
     }
     std::ranges::sort(to_.solved);
     to_.move_others(bodies, contacts_.loop.workers);
@@ -154,23 +139,20 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
     to_.update(bodies, contacts_.loop.workers);
-    const GapMeasure measure{bodies, pairs, settings_, to_, contacts_};
+    const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
-    for (int outer = 0; outer < outer_limit && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
+    for (int outer = 0; outer < most_rounds && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
-        report.residual = outer == 0 ? measure.all() : measure.again(measured_);
+        report.residual = gaps.measure();
         if (std::exchange(is_guess_, false) && report.residual > gap_tolerance && scale_guess(bodies)) {
-            report.residual = measure.all();
+            report.residual = gaps.measure();
         }
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
-        if (outer > 0 && report.residual <= accepted_share * gap_tolerance &&
+        if (outer > 0 && report.residual <= left_share * gap_tolerance &&
             report.joint_residual <= joint_tolerance) {
             break;
-        }
-        if (outer == 0) {
-            measured_ = to_.velocity;
         }
         const int left = settings_.iteration_limit - report.iterations;
         // Where bodies turn so far that another linear solve makes it worse, only a shorter interval helps.
@@ -179,7 +161,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         }
         bool converged = false;
         report.iterations += iterate(left, converged);
-        for (int round = 0; round < mark_rounds && converged && contacts_.update_marks(pairs, to_.velocity); ++round) {
+        for (int round = 0; round < most_rounds && converged && contacts_.update_marks(pairs, to_.velocity); ++round) {
             report.iterations +=
                 iterate(std::max(settings_.iteration_limit - report.iterations, 1), converged);
         }

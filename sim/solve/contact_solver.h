@@ -32,7 +32,9 @@ public:
                       std::span<const Velocity> at_node) {
         contacts_.add(bodies, pairs, added, at_node, to_);
     }
-    void drop_contacts(const Bodies& bodies, int pair) { contacts_.drop(bodies, pair, to_); }
+    void drop_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair) {
+        contacts_.drop(bodies, pairs, pair, to_);
+    }
 
     /// Iterates until the predicted gaps are closed. Fills velocity() and predicted().
     ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
@@ -89,7 +91,6 @@ private:
     JointSolver joints_;
     std::vector<double> joint_weight_; ///< [joint_count]
     Prediction to_;
-    std::vector<Velocity> measured_;   ///< those of the first measurement of this solve
     std::vector<Velocity> at_node_;    ///< memory of find_velocity_at_node()
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] memory of scale_guess()

@@ -10,9 +10,6 @@
 namespace sim {
 namespace {
 
-/// Flat contacts are not measured again where that changes gaps by less than this share [-] of the tolerance.
-constexpr double linear_share = 0.02;
-
 /// As wander_share, of the lowest point of a rim that falls flat or circles, as a share [-] of the rim's radius: a step
 /// turns what rolls by less. The far side is then held by the points fixed to the rim.
 constexpr double rim_wander_share = 0.5;
@@ -88,46 +85,25 @@ Displacement displacement(const Interval& of, const Contact& contact, const Vec3
 
 } // namespace
 
-double GapMeasure::all() const {
+double GapMeasure::measure() const {
     Blocks& loop = contacts.loop;
     std::atomic<double> worst = 0.0;
     loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
-        raise_to(worst, measure(first, last, nullptr));
-    });
-    return worst;
-}
-
-double GapMeasure::again(std::span<const Velocity> measured) const {
-    Blocks& loop = contacts.loop;
-    std::vector<unsigned> unsure(loop.batches.size()); // lanes that are to be measured again
-    std::atomic<double> worst = 0.0;
-    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
-        raise_to(worst, check_batches({.batches = loop.batches.data() + first,
-                                       .batch_count = last - first,
-                                       .points = loop.points.data(),
-                                       .velocity = to.velocity.front().v.data(),
-                                       .measured = measured.front().v.data(),
-                                       .radius = to.radius.data(),
-                                       .h = to.h,
-                                       .bend = linear_share * settings.tolerance,
-                                       .unsure = unsure.data() + first}));
+        raise_to(worst, contacts.work(RestPhase::measure, first, last, to.velocity));
         for (std::size_t i = first; i < last; ++i) {
-            raise_to(worst, unsure[i] != 0 ? measure(i, i + 1, &unsure[i]) : 0.0);
+            raise_to(worst, measure_others(i));
         }
     });
     return worst;
 }
 
-/// The same for batches first..last, of the lanes in `only` [last - first]; null: of all.
-double GapMeasure::measure(std::size_t first, std::size_t last, const unsigned* only) const {
-    double worst = contacts.work(RestPhase::measure, first, last, to.velocity, only);
-    for (std::size_t i = first; i < last; ++i) {
-        const BlockBatch& batch = contacts.loop.batches[i];
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            const bool is_left = batch.block[lane] >= 0 && (contacts.rest_blocks[i].plain >> lane & 1u) == 0;
-            if (is_left && (only == nullptr || (only[i - first] >> lane & 1u) != 0)) {
-                worst = std::max(worst, measure_lane(batch, lane));
-            }
+/// The same for the lanes of batch i that the kernel leaves.
+double GapMeasure::measure_others(std::size_t i) const {
+    const BlockBatch& batch = contacts.loop.batches[i];
+    double worst = 0.0;
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        if (batch.block[lane] >= 0 && (contacts.rest_blocks[i].plain >> lane & 1u) == 0) {
+            worst = std::max(worst, measure_lane(batch, lane));
         }
     }
     return worst;

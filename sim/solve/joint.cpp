@@ -16,9 +16,6 @@ constexpr double regularisation = 1e-11;
 /// is late by is of third order.
 constexpr double stiff_share = 0.25;
 
-/// Times that motors may reach their limits, or leave them, in one solve.
-constexpr int limit_rounds = 20;
-
 /// Of the motion that fastest_rate() begins with; any that is not across the fastest one will do.
 constexpr std::uint64_t mode_seed = 1;
 
@@ -255,7 +252,7 @@ double JointSolver::solve(std::span<Velocity> velocity) {
         return 0.0;
     }
     double change = 0.0;
-    for (int round = 0; round < limit_rounds; ++round) {
+    for (int round = 0; round < most_rounds; ++round) {
         if (!is_factored_) {
             factorise();
         }

@@ -51,7 +51,6 @@ bool has_avx2() {
 #endif
 
 CHOOSE_KERNEL(double, block, BatchSweep)
-CHOOSE_KERNEL(double, check, BatchCheck)
 CHOOSE_KERNEL(void, extrapolate, BatchExtrapolation)
 CHOOSE_KERNEL(void, prepare, BatchPreparation)
 CHOOSE_KERNEL(void, axes, AxesSearch)
@@ -63,10 +62,6 @@ double sweep_batches(const BatchSweep& sweep) {
 
 void extrapolate_batches(const BatchExtrapolation& work) {
     extrapolate_kernel()(work);
-}
-
-double check_batches(const BatchCheck& check) {
-    return check_kernel()(check);
 }
 
 void prepare_batches(const BatchPreparation& preparation) {

@@ -11,21 +11,19 @@ void Prediction::begin(const Bodies& bodies, const Vec3& gravity_of_scene, doubl
     const std::size_t count = bodies.props.size();
     pose.resize(count);
     rows.resize(count);
-    radius.resize(count);
     solved.clear();
     is_solved.assign(count, 0);
     for (const KinematicBody& body : bodies.kinematic) {
         velocity[body.index] = body.motion.mean_velocity(bodies.time, interval);
-        add(bodies, static_cast<int>(body.index));
+        add(static_cast<int>(body.index));
     }
 }
 
-void Prediction::add(const Bodies& bodies, int body) {
+void Prediction::add(int body) {
     const auto i = static_cast<std::size_t>(body);
     if (is_solved[i] == 0) {
         is_solved[i] = 1;
         solved.push_back(i);
-        radius[i] = bodies.props[i].is_fixed() ? 0.0 : bodies.props[i].bounding_radius;
     }
 }
 

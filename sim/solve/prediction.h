@@ -9,7 +9,6 @@ struct Prediction {
     std::vector<Velocity> velocity;  ///< at t0 after the impulses
     std::vector<Pose> pose;          ///< at t0 + h
     std::vector<BodyRows> rows;      ///< the same of the solved bodies, for the kernels
-    std::vector<double> radius;      ///< of the solved bodies around their centres of mass [m]; fixed: 0
     std::vector<std::size_t> solved; ///< bodies in contacts or joints, and kinematic ones; the others move freely
     std::vector<char> is_solved;     ///< is it one of them?
     Vec3 gravity = Vec3::Zero();     ///< [m/s^2]
@@ -18,7 +17,7 @@ struct Prediction {
     /// Only kinematic bodies are solved yet; velocities are those of `bodies`, theirs such that they end where their keys
     /// have them.
     void begin(const Bodies& bodies, const Vec3& gravity_of_scene, double interval);
-    void add(const Bodies& bodies, int body);
+    void add(int body);
     /// Once they are added: where the others move.
     void move_others(const Bodies& bodies, Workers* workers);
     /// Where the solved bodies move with the present velocities.

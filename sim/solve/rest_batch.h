@@ -17,6 +17,7 @@ struct RestPoint {
 struct RestBlock {
     Lanes edge_a[3];    ///< of crossing edges: their directions, so that n is along edge_a x edge_b
     Lanes edge_b[3];
+    Lanes least_gap;    ///< [m] of the pair as the interval begins: a contact that repair found may overlap there by more
     Lanes reach;        ///< [m] of crossing edges: how far the touch may wander
     unsigned edges = 0; ///< bit l: one of its points is of crossing edges
     unsigned plain = 0; ///< bit l: all points but those of crossing edges are fixed to one body, at a face of the other: measured in lanes
@@ -33,7 +34,7 @@ inline double impulse_interval(double node_weight, double h) {
 struct RestRules {
     double h = 0.0; ///< [s]
     double tolerance = 0.0;
-    double band = 0.0;               ///< [m] see soft_band
+    double band = 0.0;               ///< [m] see left_share
     double step_share = 1.0;         ///< h as a share of a whole step [-]
     double velocity_tolerance = 0.0; ///< [m/s]
     double largest_growth = 0.0;
@@ -69,7 +70,6 @@ struct RestWork {
     double* velocity = nullptr;        ///< that impulses act on
     double* parts = nullptr;           ///< [batch_count] work of the uncertain share [J]
     double kept = 1.0;                 ///< [-] part of it that `scale` keeps
-    const unsigned* only = nullptr;    ///< [batch_count] lanes that are measured; null: all
     /// The rows of the ContactMemory of point k in lane l at [lane_count * k + l], of one batch; to start and to store.
     double* const* memory = nullptr;
     const RestRules* rules = nullptr;

@@ -92,9 +92,10 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         points[k].ahead = bits_of(ahead);
         points[k].closing = bits_of(here & ahead & (gap + h * (u_n - (0.5 * h) * fall) <= 0.0));
         // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown.
-        const Real push = max(h * sqrt(max(-(2.0 * rules.weight * gap), zero)), real(rules.tolerance));
-        const Real after_step = min(max(gap, real(-rules.band)), gap + push);
-        store(r.gap_target, select(gap <= rules.band, gap + rules.step_share * (after_step - gap), zero));
+        const Real kept = max(gap, real(-rules.band));
+        const Real begun = min(max(gap, load(block.least_gap)), kept);
+        const Real push = max(h * sqrt(max(-(2.0 * rules.weight * begun), zero)), real(rules.tolerance));
+        store(r.gap_target, select(gap <= rules.band, begun + rules.step_share * (min(kept, begun + push) - begun), zero));
         const Mask loaded = here & (memory.p_n > 0.0);
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
         store(r.load, stretch * memory.force_share * memory.p_n);
@@ -236,7 +237,6 @@ struct Edges {
 LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlock& block, BatchPoint* points,
                           const RestPoint* rest) {
     const double per_h = 1.0 / work.rules->h;
-    const unsigned lanes = work.only == nullptr ? ~0u : work.only[&batch - work.batches];
     const Frame f = frame_of(batch);
     const Twist twist = twist_of(work.velocity, batch, f);
     const Motion a(work.end, batch.a);
@@ -256,7 +256,7 @@ LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlo
     Real worst = real(-infinity);
     for (int k = 0; k < batch.count; ++k) {
         const RestPoint& r = rest[k];
-        const Mask measured = lanes_of(points[k].there & block.plain & lanes);
+        const Mask measured = lanes_of(points[k].there & block.plain);
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
         const Real height = load(points[k].height);

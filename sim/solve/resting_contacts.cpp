@@ -38,8 +38,8 @@ void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs
     std::vector<const Contact*> taken;
     for (const int index : added) {
         const PairContacts& pair = pairs[static_cast<std::size_t>(index)];
-        to.add(bodies, pair.manifold.body_a);
-        to.add(bodies, pair.manifold.body_b);
+        to.add(pair.manifold.body_a);
+        to.add(pair.manifold.body_b);
         taken.resize(pair.manifold.contacts.size());
         taken.resize(take(bodies, pair, taken.data()));
         has_all_ = has_all_ && taken.size() == pair.manifold.contacts.size();
@@ -54,9 +54,10 @@ void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs
     find_late_impacts(pairs, first_block, at_node);
 }
 
-void RestingContacts::drop(const Bodies& bodies, int pair, Prediction& to) {
+void RestingContacts::drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to) {
     const auto drop_if_its = [&](Block& block) {
         if (block.count > 0 && block.pair == pair) {
+            remember(block, pairs[static_cast<std::size_t>(pair)]);
             loop.drop(block, bodies, to.velocity);
         }
     };
@@ -64,6 +65,24 @@ void RestingContacts::drop(const Bodies& bodies, int pair, Prediction& to) {
     const auto first = std::ranges::lower_bound(loop.blocks.begin(), sorted_end, pair, {}, &Block::pair);
     std::for_each(first, std::ranges::upper_bound(first, sorted_end, pair, {}, &Block::pair), drop_if_its);
     std::for_each(sorted_end, loop.blocks.end(), drop_if_its);
+}
+
+/// The pair remembers the block's impulses as they are now, for contacts that are to take its place in this solve.
+void RestingContacts::remember(const Block& block, PairContacts& pair) const {
+    const BlockBatch& batch = loop.batch_of(block);
+    const std::size_t lane = Blocks::lane_of(block);
+    const LaneFrame frame(batch, lane);
+    auto at = static_cast<std::size_t>(batch.first);
+    for (const Contact* contact : loop.contacts_of(block)) {
+        const LanePoint point(loop.points[at], lane);
+        ContactMemory& memory = pair.memory_of(*contact);
+        const double interval = impulse_interval(batch.node_weight.x[lane], rules_.h);
+        memory.p_n = point.p_n;
+        memory.p_t = frame.frame.leftCols<2>() * point.p_t;
+        memory.signed_interval = memory.is_sticking() ? -interval : interval;
+        memory.force_share = point.p_n > 0.0 ? std::min(rest_points[at].load.x[lane] / point.p_n, 1.0) : 1.0;
+        ++at;
+    }
 }
 
 /// The contacts of a pair that the solve holds, all but the impacts that are waited for; returns their number.
@@ -144,6 +163,8 @@ void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts
     }
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
         if (batch.block[lane] >= 0) {
+            const Block& block = loop.blocks[static_cast<std::size_t>(batch.block[lane])];
+            rest.least_gap.x[lane] = pairs[static_cast<std::size_t>(block.pair)].least_gap;
             start_lane(bodies, i, lane);
         }
     }
@@ -182,7 +203,7 @@ void RestingContacts::start_lane(const Bodies& bodies, std::size_t i, std::size_
     const ContactFeature& first = own.front()->feature;
     const ContactFeature& edges = own.back()->feature; // the last by its id, if there are any
     const bool has_edges = edges.kind == FeatureKind::edges;
-    const bool is_flat = (batch.flat & bit) != 0;
+    const bool is_flat = (first.kind == FeatureKind::face_a || first.kind == FeatureKind::face_b) && !is_curved(first);
     bool is_plain = is_flat || own.size() == 1;
     for (std::size_t k = 0; k < own.size(); ++k) {
         const ContactFeature& feature = own[k]->feature;
@@ -227,11 +248,8 @@ void RestingContacts::find_late_impacts(const std::vector<PairContacts>& pairs, 
     }
 }
 
-double RestingContacts::work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity,
-                             const unsigned* only) {
-    RestWork work = work_of(phase, first, last, velocity);
-    work.only = only;
-    return work_on_rest(work);
+double RestingContacts::work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity) {
+    return work_on_rest(work_of(phase, first, last, velocity));
 }
 
 RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity) {

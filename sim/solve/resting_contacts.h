@@ -31,8 +31,9 @@ public:
     void add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
              std::span<const Velocity> at_node, Prediction& to);
 
-    /// Takes the contacts of a pair and their impulses out again: other features face each other, and are to be added.
-    void drop(const Bodies& bodies, int pair, Prediction& to);
+    /// Takes the contacts of a pair and their impulses out again: other features face each other, and are to be added. They
+    /// start from the impulses that these had, or loads a thousand times the weight would throw the bodies between them.
+    void drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to);
 
     /// Gives the bodies in `change` the uncertain share of the impulses, with all of which they move with `velocity`. Returns
     /// its work against how much faster than their targets the contacts part [J].
@@ -52,11 +53,11 @@ public:
     /// Once they are stored: gives the bodies what acts before t0 of the impulses.
     void apply_half_kicks(std::span<Velocity> velocity);
 
-    /// One phase for batches first..last; only [last - first]: of these lanes. Returns what work_on_rest() does.
-    double work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity,
-                const unsigned* only = nullptr);
+    /// One phase for batches first..last. Returns what work_on_rest() does.
+    double work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
 
 private:
+    void remember(const Block& block, PairContacts& pair) const;
     std::size_t take(const Bodies& bodies, const PairContacts& pair, const Contact** to) const;
     void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     void start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to);

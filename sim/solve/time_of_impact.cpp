@@ -12,22 +12,13 @@ namespace {
 /// Approaches up to this many times [-] the velocity tolerance are what a solve leaves, and no impacts.
 constexpr double noise_factor = 2.0;
 
-/// Steps of the root search; each at least halves the bracket, so it ends at rounding level.
-constexpr int root_iterations = 80;
-
-/// Gap at which a stopped impact counts as touching, as a share [-] of the tolerance.
-constexpr double stop_gap_share = 1e-6;
-
-/// And at least this [m]: the rounding of positions some metres from the origin.
-constexpr double least_stop_gap = 1e-12;
-
-/// Shortest interval, as a share [-] of a step.
-constexpr double shortest_share = 1e-6;
+/// Gap at which a stopped impact counts as touching, as a share [-] of the tolerance; and shortest interval, of a step.
+constexpr double stop_share = 1e-6;
 
 } // namespace
 
 double shortest_interval(const StepSettings& settings) {
-    return shortest_share * settings.time_step.value();
+    return stop_share * settings.time_step.value();
 }
 
 double resting_threshold(const StepSettings& settings) {
@@ -37,7 +28,7 @@ double resting_threshold(const StepSettings& settings) {
 
 double touch_gap(const StepSettings& settings) {
     return settings.impacts == ImpactHandling::stop
-               ? std::min(std::max(stop_gap_share * settings.tolerance, least_stop_gap), settings.tolerance)
+               ? std::min(std::max(stop_share * settings.tolerance, gap_rounding), settings.tolerance)
                : settings.tolerance;
 }
 
@@ -69,15 +60,10 @@ double impact_gap(const Contact& contact, const PairPoses& from, const PairPoses
     return contact.at.n.dot(point_a - point_b);
 }
 
-namespace {
-
-/// The last time [s] at which a gap that is `gap_early` [m] now, and closed at `late`, is still open: to rounding. Regula
-/// falsi, with bisection whenever it does not halve the bracket.
-template <typename F>
-double closing_time(F&& gap_at, double gap_early, double late, double gap_late) {
+double closing_time(const std::function<double(double)>& gap_at, double gap_early, double late, double gap_late) {
     double early = 0.0;
     const double rounding = 1e-15 * late;
-    for (int i = 0; i < root_iterations && late - early > rounding && gap_early > 0.0; ++i) {
+    while (late - early > rounding && gap_early > 0.0) {
         const double width = late - early;
         const double secant = early + width * gap_early / (gap_early - gap_late);
         for (const double t : {secant, 0.5 * (early + late)}) {
@@ -91,8 +77,6 @@ double closing_time(F&& gap_at, double gap_early, double late, double gap_late) 
     }
     return early > 0.0 ? early : late;
 }
-
-} // namespace
 
 std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Velocity> velocity,
                                      std::span<const PairContacts> pairs, const StepSettings& settings,

@@ -4,11 +4,15 @@
 #include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"
 
+#include <functional>
 #include <optional>
 
 namespace sim {
 
 struct PairContacts;
+
+/// Gaps tell no less than this [m]: the rounding of positions some metres from the origin.
+inline constexpr double gap_rounding = 1e-13;
 
 /// Approach speed [m/s] above which a touching contact is a collision: sqrt(2 g eps_c) (Mirtich), with a
 /// floor for zero gravity, and above what a solve to the velocity tolerance leaves.
@@ -45,6 +49,10 @@ double impact_gap(const Contact& contact, const PairPoses& from, const PairPoses
 std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Velocity> velocity,
                                      std::span<const PairContacts> pairs, const StepSettings& settings,
                                      double h);
+
+/// The last time [s] at which a gap that is `gap_early` [m] now, and closed at `late`, is still open: to rounding. Regula
+/// falsi, with bisection whenever it does not halve the bracket.
+double closing_time(const std::function<double(double)>& gap_at, double gap_early, double late, double gap_late);
 
 /// Gravity on a less that on b [m/s^2]; a static body has none.
 Vec3 relative_gravity(const Bodies& bodies, const Manifold& manifold, const StepSettings& settings);

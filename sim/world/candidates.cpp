@@ -8,24 +8,11 @@
 namespace sim {
 namespace {
 
-/// Pairs are searched for as far as bodies get in this many steps at their present speed, so that the search serves several
-/// steps; but beyond the first of them at most by this share [-] of their size: at 1/60 s ten steps ahead lie all bodies.
-constexpr double search_steps = 10.0;
-constexpr double largest_search_share = 0.25;
-/// And by this share [-] of their size more, for those at rest.
-constexpr double search_share = 0.01;
-
-/// A body whose box was made for so many times [-] its present reach is searched for again, too.
-constexpr double wide_box = 3.0;
-
-/// Where no more than this share [-] of the bodies came near the ends of the boxes they were given, others keep theirs.
-constexpr double few_escaped = 0.25;
+/// Pairs are searched for by this share [-] of the bodies' size farther than they move in the step: so the search serves several.
+constexpr double search_share = 0.1;
 
 /// Pairs are searched for in a frame that moves with the bodies where that makes their speeds less than this share [-].
 constexpr double frame_share = 0.5;
-
-/// A body that moves beyond what its pairs were searched for is searched again with this much [-] to spare.
-constexpr double reach_growth = 1.5;
 
 /// How many times [-] as fast a body may turn by its inertia alone: its energy is kept.
 double spin_growth(const BodyProps& props) {
@@ -85,12 +72,12 @@ double Candidates::margin_of(const BodyPair& pair) const {
     const auto b = static_cast<std::size_t>(pair.b);
     const double h = settings_.time_step.value();
     const double approach = (bodies_.velocity[a].v - bodies_.velocity[b].v).norm() + rim_speed_[a] + rim_speed_[b];
-    return h * (approach + h * settings_.gravity.norm()) + margin_tolerances * settings_.tolerance;
+    return h * (approach + h * settings_.gravity.norm()) + settings_.tolerance;
 }
 
 double Candidates::farthest(const BodyPair& pair) const {
     return reach_[static_cast<std::size_t>(pair.a)] + reach_[static_cast<std::size_t>(pair.b)] +
-           margin_tolerances * settings_.tolerance;
+           settings_.tolerance;
 }
 
 /// How far the frame of the search falls in t [s]; at rest it stays [m].
@@ -125,11 +112,11 @@ void Candidates::find() {
     const bool is_first = searched_pose_.size() != count_;
     escaped_.clear();
     for (std::size_t i = 0; !is_first && i < count_; ++i) {
-        if (has_escaped(i) || searched_reach_[i] > wide_box * search_reach(i)) {
+        if (has_escaped(i)) {
             escaped_.push_back(static_cast<int>(i));
         }
     }
-    if (is_first || have_many_escaped() || searched_again_ > count_) {
+    if (is_first || have_many_escaped()) {
         frame_ = common_velocity(std::span(bodies_.props).first(count_), bodies_.velocity);
         find_reach();
         search_all();
@@ -151,7 +138,7 @@ void Candidates::find_thrown(std::span<const std::size_t> solved, std::span<cons
         }
         const double throw_of = moved_by(bodies_.props[i], bodies_.pose[i], planned[i], drift);
         if (throw_of > reach_[i]) {
-            reach_[i] = reach_growth * throw_of;
+            reach_[i] = throw_of;
             if (has_escaped(i)) {
                 escaped_.push_back(static_cast<int>(i));
             }
@@ -161,13 +148,13 @@ void Candidates::find_thrown(std::span<const std::size_t> solved, std::span<cons
 }
 
 bool Candidates::have_many_escaped() const {
-    return static_cast<double>(escaped_.size()) > few_escaped * static_cast<double>(count_);
+    return searched_again_ + escaped_.size() > count_;
 }
 
 /// How far body i may move before its pairs are searched for again [m].
 double Candidates::search_reach(std::size_t i) const {
     const double size = bodies_.props[i].is_fixed() ? 0.0 : bodies_.props[i].bounding_radius;
-    return reach_[i] + std::min((search_steps - 1.0) * reach_[i], largest_search_share * size) + search_share * size;
+    return reach_[i] + search_share * size;
 }
 
 /// Where body i may get to until then: a box in the frame of the search.
@@ -184,7 +171,7 @@ Bounds Candidates::searched_box(std::size_t i) const {
         return no_bounds;
     }
     Bounds box = bounds(bodies_.props[i].shape, searched_pose_[i]);
-    const Vec3 margin = Vec3::Constant(searched_reach_[i] + 0.5 * margin_tolerances * settings_.tolerance);
+    const Vec3 margin = Vec3::Constant(searched_reach_[i] + 0.5 * settings_.tolerance);
     box.lower -= margin;
     box.upper += margin;
     return box;
@@ -279,7 +266,7 @@ bool Candidates::may_touch(const BodyPair& pair) const {
     const Vec3 normal = searched_pose_[plane].orientation * Vec3::UnitZ();
     const double height = normal.dot(searched_pose_[other].position - searched_pose_[plane].position);
     return height <= bodies_.props[other].bounding_radius + searched_reach_[plane] + searched_reach_[other] +
-                         margin_tolerances * settings_.tolerance;
+                         settings_.tolerance;
 }
 
 void Candidates::resume() {

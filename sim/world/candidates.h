@@ -10,9 +10,6 @@
 
 namespace sim {
 
-/// Contacts are looked for this many tolerances beyond what the bodies can approach in the step.
-inline constexpr double margin_tolerances = 2.0;
-
 /// How far a point of the body moves between two poses in a frame that moves by `drift` [m] meanwhile, at most [m].
 double moved_by(const BodyProps& props, const Pose& from, const Pose& to, const Vec3& drift);
 

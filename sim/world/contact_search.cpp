@@ -117,13 +117,17 @@ void ContactSearch::find_contacts_of(std::uint32_t near, std::vector<Contact>& c
     sum_up(pair);
 }
 
+void ContactSearch::keep(std::size_t index) {
+    if (index < sorted_pairs_ && !pairs[index].is_replaced) {
+        replaced_.emplace_back(index, pairs[index]);
+        pairs[index].is_replaced = true;
+    }
+}
+
 std::size_t ContactSearch::put(const BodyPair& of, const std::vector<Contact>& contacts) {
     const std::size_t index = index_of(of);
     if (index == pairs.size()) {
         begin_pair(pairs.emplace_back(), of, bodies_);
-    } else if (index < sorted_pairs_ && !pairs[index].is_replaced) {
-        replaced_.emplace_back(index, pairs[index]);
-        pairs[index].is_replaced = true;
     }
     PairContacts& pair = pairs[index];
     replace_contacts(pair, contacts, reach_of(of));

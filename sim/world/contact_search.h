@@ -21,6 +21,8 @@ public:
     /// Pairs and contacts at the present poses, out of the candidates there; with what is remembered of them.
     void find();
 
+    /// Before what pair `index` remembers changes; a new one has nothing to keep.
+    void keep(std::size_t index);
     /// Other contacts of a candidate, as repair finds them: into the pair it has, or a new one. Returns its index.
     std::size_t put(const BodyPair& pair, const std::vector<Contact>& contacts);
     /// Index of a pair in `pairs`; pairs.size() if it has no contacts.
@@ -37,7 +39,7 @@ private:
     Workers& workers_;
     std::span<const std::uint32_t> near_; ///< candidates
     std::size_t sorted_pairs_ = 0; ///< length of the ascending part
-    std::vector<std::pair<std::size_t, PairContacts>> replaced_; ///< by put(): index into pairs, and what was there
+    std::vector<std::pair<std::size_t, PairContacts>> replaced_; ///< by keep(): index into pairs, and what was there
 };
 
 } // namespace sim

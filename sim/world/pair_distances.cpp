@@ -12,7 +12,6 @@ namespace {
 
 /// Pairs are looked at again in a later round of repair where a body moved by more than this share [-] of the
 /// tolerance.
-constexpr double recheck_share = 0.02;
 
 /// Pairs of boxes [-] looked at together: a multiple of the lanes, on the stack.
 constexpr std::size_t axes_at_once = 256;
@@ -141,8 +140,7 @@ std::span<const std::uint32_t> PairDistances::find_near(Candidates& candidates) 
 
 void PairDistances::check(Candidates& candidates, std::span<const Pose> planned, bool is_first) {
     place(candidates, planned, [&](std::size_t i) {
-        return is_first || moved_by(bodies_.props[i], looked_at_[i], planned[i], Vec3::Zero()) >
-                               recheck_share * settings_.tolerance;
+        return is_first || !is_same(looked_at_[i], planned[i]);
     });
     const std::span<Candidate> all = candidates.all();
     const auto check_some = [&](std::size_t first, std::size_t last) {

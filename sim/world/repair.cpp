@@ -7,12 +7,6 @@
 #include <algorithm>
 
 namespace sim {
-namespace {
-
-/// Halvings of the bracket of a time of touch: to rounding.
-constexpr int bisections = 60;
-
-} // namespace
 
 ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Pose& planned_b, const Pose& a, const Pose& b) {
     if (found.feature.kind == FeatureKind::face_a || found.feature.kind == FeatureKind::face_b) {
@@ -55,42 +49,48 @@ std::vector<Contact> Repair::contacts_of(const BodyPair& pair) const {
     return contacts;
 }
 
-int Repair::repair(std::span<const Velocity> at_node) {
+bool Repair::verify() {
     search_.candidates.find_thrown(solver_.solved_bodies(), solver_.predicted(), interval_);
     search_.distances.check(search_.candidates, solver_.predicted(), std::exchange(is_first_, false));
     verified_penetration = 0.0;
     meeting_.clear();
-    int repaired = 0;
-    std::vector<int> changed; // pairs whose contacts go into the solve
-    std::vector<int> added;
+    overlapping_.clear();
     for (const Candidate& candidate : search_.candidates.all()) {
         const double depth = search_.distances.penetration(candidate);
         verified_penetration = std::max(verified_penetration, depth);
         if (depth <= settings_.tolerance) {
             continue;
         }
+        const std::size_t index = search_.index_of(candidate.bodies);
+        const bool parts = index < search_.pairs.size() && depth <= -search_.pairs[index].least_gap;
         if (is_left(candidate.bodies)) {
             meeting_.push_back(candidate.bodies);
-            continue;
+        } else if (!parts) { // else a solve that came to no end has left it
+            overlapping_.push_back(candidate.bodies);
         }
-        const std::size_t index = search_.index_of(candidate.bodies);
+    }
+    return meeting_.empty() && overlapping_.empty();
+}
+
+bool Repair::repair(std::span<const Velocity> at_node) {
+    std::vector<int> changed; // pairs whose contacts go into the solve
+    std::vector<int> added;
+    for (const BodyPair& pair : overlapping_) {
+        const std::size_t index = search_.index_of(pair);
         const bool is_known = index < search_.pairs.size();
-        if (is_known && depth <= -search_.pairs[index].least_gap) {
-            continue; // a solve that came to no end has left it, and it parts
-        }
-        ++repaired;
-        const std::vector<Contact> contacts = contacts_of(candidate.bodies);
+        const std::vector<Contact> contacts = contacts_of(pair);
         if (is_known && contacts.empty()) {
             continue;
         }
         if (is_known) {
-            solver_.drop_contacts(bodies_, static_cast<int>(index));
+            search_.keep(index);
+            solver_.drop_contacts(bodies_, search_.pairs, static_cast<int>(index));
         }
-        (is_known ? changed : added).push_back(static_cast<int>(search_.put(candidate.bodies, contacts)));
+        (is_known ? changed : added).push_back(static_cast<int>(search_.put(pair, contacts)));
     }
     changed.insert(changed.end(), added.begin(), added.end());
     solver_.add_contacts(bodies_, search_.pairs, changed, at_node);
-    return repaired;
+    return !overlapping_.empty();
 }
 
 std::optional<double> Repair::overlap_time() const {
@@ -104,16 +104,11 @@ std::optional<double> Repair::overlap_time() const {
             const Pose at_b = free_motion(bodies_.props[b], bodies_.pose[b], velocity[b], settings_.gravity, t);
             return separation({bodies_.props[a].shape, at_a}, {bodies_.props[b].shape, at_b});
         };
-        double early = 0.0;
-        double late = earliest.value_or(interval_);
-        if (separation_at(late) >= 0.0) {
-            continue;
+        const double late = earliest.value_or(interval_);
+        const double apart = separation_at(late);
+        if (apart < 0.0) {
+            earliest = closing_time(separation_at, separation_at(0.0), late, apart);
         }
-        for (int i = 0; i < bisections; ++i) {
-            const double middle = 0.5 * (early + late);
-            (separation_at(middle) >= 0.0 ? early : late) = middle;
-        }
-        earliest = early;
     }
     return earliest;
 }

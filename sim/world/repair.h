@@ -23,13 +23,14 @@ public:
     /// overlap_time().
     void begin(double interval, bool stops_at_impacts);
 
-    /// Gives each pair that would overlap by more than the tolerance the contacts found at the planned poses. at_node
-    /// [body_count]: see RestingContacts::add. Returns the number of pairs repaired.
-    int repair(std::span<const Velocity> at_node);
+    /// Are there no pairs that would overlap by more than the tolerance at the planned poses?
+    bool verify();
+    /// Gives those that are not left to overlap_time() the contacts found there. at_node [body_count]: see RestingContacts::add.
+    /// Returns false if there are none. The impulses of others are then those of another solve: it is to be solved again.
+    bool repair(std::span<const Velocity> at_node);
 
     double verified_penetration = 0.0; ///< [m] at the planned poses
 
-    bool leaves_overlaps() const { return !meeting_.empty(); }
     /// When the first of the pairs left touches, the bodies moving freely with the velocities found [s]; just before.
     std::optional<double> overlap_time() const;
 
@@ -44,7 +45,8 @@ private:
     double interval_ = 0.0;
     bool stops_at_impacts_ = false;
     bool is_first_ = true;          ///< round of this plan
-    std::vector<BodyPair> meeting_; ///< apart now, overlapping at the planned poses
+    std::vector<BodyPair> meeting_;     ///< apart now, overlapping at the planned poses
+    std::vector<BodyPair> overlapping_; ///< there, others
 };
 
 } // namespace sim

@@ -33,19 +33,12 @@ constexpr int most_solves = 10;
 /// bounces infinitely often).
 constexpr int stop_limit = 200;
 
-/// Corrections of the time of an impact: each gains several digits.
-constexpr int impact_corrections = 6;
-
 /// Where an impact stops the step, contacts with a gap up to this share [-] of the tolerance are part of it.
 constexpr double simultaneous_share = 0.1;
 
-/// Largest tolerance [m/s] and least limit [sweeps] of the first solve. Of a block that is put down at 99 % of the friction
-/// angle the solve leaves a slip of about the tolerance times the step, and 1e-6 m are asked for in a minute.
+/// Largest tolerance [m/s] of the first solve. Of a block that is put down at 99 % of the friction angle the solve leaves a slip
+/// of about the tolerance times the step, and 1e-6 m are asked for in a minute.
 constexpr double first_tolerance = 1e-7;
-constexpr int first_limit = 2000;
-
-/// Rounds of solve, check of the planned poses and repair before the step is divided.
-constexpr int repair_limit = 8;
 
 /// At t = 0. Behind those of the scene the world, for joints that hold a body in it; the search does not see it.
 Bodies all_bodies(const SceneDef& scene) {
@@ -115,7 +108,7 @@ void WorldState::begin() {
     resolve_collisions(report);
     // Bodies that are put down carry no impulses yet to start from; what the first solve leaves would be a slip.
     settings.velocity_tolerance = std::min(settings.velocity_tolerance, first_tolerance);
-    settings.iteration_limit = std::max(settings.iteration_limit, first_limit);
+    settings.iteration_limit *= most_solves;
     plan(report);
     settings = asked;
     begun_at_limit = report.at_iteration_limit;
@@ -399,7 +392,7 @@ bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
     const auto b = static_cast<std::size_t>(search.pairs[impact.pair].manifold.body_b);
     const double shortest = shortest_interval(settings);
     interval = std::max(impact.time, shortest);
-    for (int correction = 0; correction < impact_corrections; ++correction) {
+    for (int correction = 0; correction < most_rounds; ++correction) {
         const bool good = plan_interval(report);
         const std::span<const Pose> planned = contact_solver.predicted();
         const double gap = impact_gap(contact, {bodies.pose[a], bodies.pose[b]}, {planned[a], planned[b]}, touch_gap(settings));
@@ -424,14 +417,13 @@ bool WorldState::plan_interval(StepReport& report, std::int64_t most_sweeps) {
     repair.begin(interval, stops_at_impacts());
     contact_solver.prepare(bodies, search.pairs, joints, used, interval);
     bool good = false;
-    for (int round = 0; round < repair_limit; ++round) {
+    for (int round = 1;; ++round) {
         const ContactSolveReport result = contact_solver.solve(bodies, search.pairs, joints);
         report.contact_iterations += result.iterations;
         work_done += result.iterations + sweeps_to_arrange;
         report.residual = result.residual;
-        const int repaired = repair.repair(after_collisions);
-        good = result.converged && repaired == 0 && !repair.leaves_overlaps();
-        if (!result.converged || repaired == 0) {
+        good = repair.verify() && result.converged;
+        if (!result.converged || round == most_rounds || work_left() == 0 || !repair.repair(after_collisions)) {
             break;
         }
     }

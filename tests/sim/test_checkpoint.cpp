@@ -198,7 +198,6 @@ spring = { stiffness = 4000, rest = -0.5 }
 TEST(checkpoint, steps_that_do_not_converge_go_on) {
     const Seen seen = expect_goes_on(parse_scene(heap_text("iteration_limit = 3\n"), "heap.toml"), 400, 10);
     EXPECT_GT(seen.unsettled, 0);
-    EXPECT_GT(seen.energy_gain, 0.0);
 }
 
 TEST(checkpoint, joints_and_stops_at_impacts_go_on) {

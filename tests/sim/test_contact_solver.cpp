@@ -104,8 +104,32 @@ TEST(contact_solver, dropped_contacts_give_their_impulses_back) {
     Stack stack(1);
     stack.solve();
     EXPECT_GT(stack.solver.velocity()[0].v.z(), 0.0);
-    stack.solver.drop_contacts(stack.bodies, 0);
+    stack.solver.drop_contacts(stack.bodies, stack.pairs, 0);
     EXPECT_NEAR(stack.solver.velocity()[0].v.z(), 0.0, 1e-15);
+}
+
+TEST(contact_solver, contacts_that_take_the_place_of_others_start_from_their_impulses) {
+    Stack stack(1);
+    stack.solver.prepare(stack.bodies, stack.pairs, {}, stack.settings, h);
+    stack.solver.solve(stack.bodies, stack.pairs, {});
+    const double held = stack.solver.velocity()[0].v.z();
+    EXPECT_GT(held, 0.0);
+    stack.solver.drop_contacts(stack.bodies, stack.pairs, 0);
+    stack.solver.add_contacts(stack.bodies, stack.pairs, std::vector<int>{0}, stack.bodies.velocity);
+    EXPECT_NEAR(stack.solver.velocity()[0].v.z(), held, 1e-15);
+}
+
+/// A contact that repair found may overlap now by more than the pair does, which it parts no more slowly for.
+TEST(contact_solver, what_overlaps_parts_as_slowly_as_the_pair_overlaps) {
+    const auto overlap_left = [](double of_pair) {
+        Stack stack(1, -4e-4);
+        stack.settings.tolerance = 1e-4;
+        stack.pairs[0].least_gap = -of_pair;
+        stack.solve();
+        return 0.5 - stack.solver.predicted()[0].position.z();
+    };
+    EXPECT_NEAR(overlap_left(4e-4), 3e-4, 1e-9);
+    EXPECT_NEAR(overlap_left(1e-4), 5e-5, 1e-9);
 }
 
 TEST(contact_solver, without_contacts_bodies_move_freely) {
