@@ -28,8 +28,8 @@ void begin_pair(PairContacts& pair, const BodyPair& of, const Bodies& bodies) {
 
 ContactSearch::ContactSearch(const Bodies& bodies, std::size_t count, const StepSettings& settings,
                              std::vector<BodyPair> jointed, Workers& workers)
-    : candidates(bodies, count, settings, std::move(jointed)), distances(bodies, count, settings, workers),
-      bodies_(bodies), workers_(workers) {}
+    : candidates(bodies, count, settings, std::move(jointed)), distances(bodies, count, workers), bodies_(bodies),
+      workers_(workers) {}
 
 /// How far a contact may have moved on its bodies and still be the same one [m].
 double ContactSearch::reach_of(const BodyPair& pair) const {

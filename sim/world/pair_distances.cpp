@@ -10,9 +10,6 @@
 namespace sim {
 namespace {
 
-/// Pairs are looked at again in a later round of repair where a body moved by more than this share [-] of the
-/// tolerance.
-
 /// Pairs of boxes [-] looked at together: a multiple of the lanes, on the stack.
 constexpr std::size_t axes_at_once = 256;
 
@@ -22,10 +19,8 @@ bool is_same(const Pose& a, const Pose& b) {
 
 } // namespace
 
-PairDistances::PairDistances(const Bodies& bodies, std::size_t count, const StepSettings& settings,
-                             Workers& workers)
-    : bodies_(bodies), settings_(settings), workers_(workers), box_rows_(count), looked_at_(count),
-      moved_(count) {
+PairDistances::PairDistances(const Bodies& bodies, std::size_t count, Workers& workers)
+    : bodies_(bodies), workers_(workers), box_rows_(count), looked_at_(count), moved_(count) {
     for (std::size_t i = 0; i < count; ++i) {
         is_box_.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
     }

@@ -12,8 +12,8 @@ namespace sim {
 
 class PairDistances {
 public:
-    /// The first `count` of the bodies are in candidates; `bodies` and `settings` stay where they are.
-    PairDistances(const Bodies& bodies, std::size_t count, const StepSettings& settings, Workers& workers);
+    /// The first `count` of the bodies are in candidates; `bodies` stays where it is.
+    PairDistances(const Bodies& bodies, std::size_t count, Workers& workers);
 
     /// Indices of the candidates that may touch within the step, at the present poses.
     std::span<const std::uint32_t> find_near(Candidates& candidates);
@@ -41,7 +41,6 @@ private:
     bool may_touch(const Candidates& candidates, const Candidate& candidate);
 
     const Bodies& bodies_;
-    const StepSettings& settings_;
     Workers& workers_;
     std::vector<char> is_box_;           ///< [count] a single box, not a part of a compound
     std::vector<PlacedBoxRow> box_rows_; ///< [count]

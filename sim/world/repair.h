@@ -44,7 +44,7 @@ private:
     ContactSolver& solver_;
     double interval_ = 0.0;
     bool stops_at_impacts_ = false;
-    bool is_first_ = true;          ///< round of this plan
+    bool is_first_ = true;              ///< round of this plan
     std::vector<BodyPair> meeting_;     ///< apart now, overlapping at the planned poses
     std::vector<BodyPair> overlapping_; ///< there, others
 };
