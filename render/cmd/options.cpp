@@ -30,30 +30,38 @@ using sim::ExitCode;
 
 namespace {
 
-// "; did you mean 'scenes/funnel.toml'?" if the file is not there, and one with nearly its name is.
-std::string nearest_file(const std::filesystem::path& path) {
-    std::error_code error;
-    if (std::filesystem::exists(path, error)) {
-        return "";
-    }
-    std::vector<std::string> names;
-    for (const auto& entry :
-         std::filesystem::directory_iterator(path.has_parent_path() ? path.parent_path() : ".", error)) {
-        const std::filesystem::path name = entry.path().filename();
-        if (name.extension() == path.extension()) {
-            names.push_back((path.has_parent_path() ? path.parent_path() / name : name).string());
-        }
-    }
-    std::sort(names.begin(), names.end());
-    return sim::near_miss(path.string(), names);
+// True for what may be the name of a scene of scene_folder(), such as "funnel".
+bool is_scene_name(const std::string& input) {
+    return input.find_first_of("/.") == std::string::npos;
 }
 
 // "funnel" -> "scenes/funnel.toml", if there is no file of the first name and one of the second.
 std::string scene_path(const std::string& input) {
     std::error_code error;
     const std::filesystem::path path = scene_folder() / (input + ".toml");
-    const bool is_name = input.find_first_of("/.") == std::string::npos && !std::filesystem::exists(input, error);
+    const bool is_name = is_scene_name(input) && !std::filesystem::exists(input, error);
     return is_name && std::filesystem::is_regular_file(path, error) ? path.string() : input;
+}
+
+// "; did you mean 'scenes/funnel.toml'?" if the file is not there, and one with nearly its name is; for the name of a scene
+// "; did you mean 'funnel'?".
+std::string nearest_file(const std::string& input) {
+    std::error_code error;
+    if (std::filesystem::exists(scene_path(input), error)) {
+        return "";
+    }
+    const bool is_name = is_scene_name(input);
+    const std::filesystem::path path = input;
+    const std::filesystem::path folder = is_name ? scene_folder() : path.parent_path();
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, error)) {
+        const std::filesystem::path name = entry.path().filename();
+        if (name.extension() == (is_name ? ".toml" : path.extension())) {
+            names.push_back(is_name ? name.stem().string() : (path.parent_path() / name).string());
+        }
+    }
+    std::sort(names.begin(), names.end());
+    return sim::near_miss(input, names);
 }
 
 // All of standard input, read once.

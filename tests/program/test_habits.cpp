@@ -46,7 +46,10 @@ TEST_F(habits, a_scene_is_found_by_its_name_and_read_from_standard_input) {
     EXPECT_EQ(shell("mkdir scenes && cp block.toml scenes/heap.toml && \"$TUMBLE\" check heap").out.substr(5),
               by_path.substr(6)); // but for the name, with which it begins
     EXPECT_EQ(shell("\"$TUMBLE\" check - < block.toml").out.substr(6), by_path.substr(6));
-    EXPECT_NE(tumble("check hea").err.find("cannot read hea"), std::string::npos);
+    EXPECT_EQ(tumble("check hepa").err,
+              "tumble: cannot read hepa: No such file or directory; did you mean 'heap'?\n");
+    EXPECT_EQ(tumble("check mill").err, "tumble: cannot read mill: No such file or directory\n");
+    EXPECT_EQ(tumble("check heap --camera x").err, "tumble: --camera x: output: there is no camera 'x'; expected one of: main\n");
     EXPECT_NE(shell("echo 'titel = 1' | \"$TUMBLE\" check -").err.find("stdin.toml:1:1: top of the file: unknown key "
                                                                        "'titel'; did you mean 'title'?"),
               std::string::npos);
