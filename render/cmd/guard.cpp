@@ -2,6 +2,7 @@
 
 #include "render/cmd/interrupt.h"
 #include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 
@@ -55,12 +56,12 @@ int guarded(const std::function<int()>& program) {
     ::mallopt(M_MMAP_THRESHOLD, INT_MAX);
     try {
         const int code = program();
-        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+        if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && !sim::is_output_unread()) {
             throw sim::Error(ExitCode::io, "cannot write to the standard output");
         }
         return code;
     } catch (const sim::Error& error) {
-        return fail(error.code(), error.what());
+        return error.code() == ExitCode::good ? static_cast<int>(ExitCode::good) : fail(error.code(), error.what());
     } catch (const std::bad_alloc&) {
         return fail(ExitCode::stopped, "out of memory");
     } catch (const std::exception& error) {

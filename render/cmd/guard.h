@@ -8,7 +8,8 @@ namespace cmd {
 /// The arguments as one text.
 std::string command_line(int argc, char** argv);
 
-/// Catches interrupts, runs `program` and returns its exit code, or that of the Error it throws.
+/// Catches interrupts, runs `program` and returns its exit code, or that of the Error it throws. A reader of standard output
+/// that has gone is no error.
 int guarded(const std::function<int()>& program);
 
 } // namespace cmd

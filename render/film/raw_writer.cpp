@@ -1,6 +1,7 @@
 #include "render/film/raw_writer.h"
 
 #include "sim/base/error.h"
+#include "sim/base/file_io.h"
 
 #include <fmt/format.h>
 
@@ -16,6 +17,10 @@ constexpr float most_cb = 2.0f * (1.0f - luma_b), most_cr = 2.0f * (1.0f - luma_
 
 std::uint8_t rounded(float value) {
     return static_cast<std::uint8_t>(value + 0.5f);
+}
+
+[[noreturn]] void throw_unwritten() {
+    throw sim::Error(sim::is_output_unread() ? sim::ExitCode::good : sim::ExitCode::io, "cannot write to standard output");
 }
 
 } // namespace
@@ -50,13 +55,13 @@ void RawWriter::add(const Image& image) {
 
 void RawWriter::finish() {
     if (std::fflush(file_) != 0) {
-        throw sim::Error(sim::ExitCode::io, "cannot write to standard output");
+        throw_unwritten();
     }
 }
 
 void RawWriter::write(const void* bytes, std::size_t count) {
     if (std::fwrite(bytes, 1, count, file_) != count) {
-        throw sim::Error(sim::ExitCode::io, "cannot write to standard output");
+        throw_unwritten();
     }
 }
 

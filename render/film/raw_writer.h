@@ -16,7 +16,8 @@ enum class RawFormat { rgb24, y4m };
 
 class RawWriter {
 public:
-    /// Writes the head. `file` must outlive it. Throws Error (io), as all.
+    /// Writes the head. `file` must outlive it. Throws Error, as all: io; good where standard output
+    /// is read no more, which ends the film quietly.
     RawWriter(std::FILE* file, RawFormat format, const Image& first, const sim::Rational& fps);
 
     /// A picture of the size of the first.

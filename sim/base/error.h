@@ -9,7 +9,7 @@ namespace sim {
 
 /// Exit codes of the program `tumble`, everywhere.
 enum class ExitCode : int {
-    good = 0,
+    good = 0,               ///< of an Error: there is nothing more to do
     changed = 1,            ///< a comparison is above its limit
     usage = 2,              ///< arguments, or the content of a scene
     io = 3,                 ///< reading or writing a file

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <memory>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
@@ -193,6 +194,11 @@ void sync_files(const std::filesystem::path& folder) {
     Descriptor descriptor(folder, O_RDONLY | O_DIRECTORY, "write", folder);
     descriptor.sync_file_system();
     descriptor.close();
+}
+
+bool is_output_unread() noexcept {
+    pollfd output{STDOUT_FILENO, POLLOUT, 0};
+    return ::poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0;
 }
 
 void write_file(const std::filesystem::path& path, const std::string& text) {

@@ -29,6 +29,9 @@ void write_file_unsynced(const std::filesystem::path& path, std::span<const std:
 void sync_files(const std::filesystem::path& folder);
 void write_file(const std::filesystem::path& path, const std::string& text);
 
+/// True where standard output is a pipe whose reader has gone, as `head` does when it has seen enough.
+bool is_output_unread() noexcept;
+
 /// SHA-256 of a file's bytes, 64 hexadecimal digits. Throws Error (io).
 std::string sha256_of_file(const std::filesystem::path& path);
 

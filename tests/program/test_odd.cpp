@@ -157,6 +157,19 @@ TEST_F(odd, what_cannot_be_printed_is_no_success) {
         EXPECT_EQ(outcome.code, 3) << arguments;
         EXPECT_EQ(outcome.err, "tumble: cannot write to the standard output\n");
     }
+    EXPECT_EQ(tumble("run block.toml --out - --format y4m --quiet >/dev/full").err, "tumble: cannot write to standard output\n");
+}
+
+/// A film, a table and a text, of which another program reads a few bytes, or none.
+TEST_F(odd, a_reader_that_goes_early_is_no_error) {
+    ASSERT_EQ(tumble("simulate block.toml --quiet --record-every 1").code, 0);
+    for (const char* arguments : {"run block.toml --out - --format y4m --quiet", "export out/block --csv -", "man"}) {
+        for (const char* reader : {"head -c 10", "true"}) {
+            const Outcome outcome = shell(std::string("(sleep 0.1; \"$TUMBLE\" ") + arguments + "; echo $? >code) | " + reader);
+            EXPECT_EQ(bytes("code"), "0\n") << arguments << " | " << reader;
+            EXPECT_EQ(outcome.err, "") << arguments << " | " << reader;
+        }
+    }
 }
 
 TEST_F(odd, files_without_an_end_are_refused_and_pipes_can_be_interrupted) {

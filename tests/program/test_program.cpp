@@ -421,8 +421,6 @@ TEST_F(program, frames_go_to_a_pipe_as_they_are) {
         EXPECT_LT(sum / static_cast<double>(image.rgb.size()), 2.0); // of 255: rounding, there and back
     }
     EXPECT_EQ(count, 3);
-    EXPECT_EQ(shell("\"$TUMBLE\" run block.toml --quiet --out - --format y4m 2>error | head -c 10 >head; cat error").out,
-              "tumble: cannot write to standard output\n");
     EXPECT_FALSE(std::filesystem::exists(folder / "-"));
 }
 
