@@ -409,7 +409,7 @@ void add_study_options(CLI::App& verb, StudyOptions& options) {
     verb.add_option("--jobs", options.jobs, "Points at a time; one a core if not given")
         ->type_name("N")
         ->check(whole_number(1, 1024));
-    verb.add_option("--limit", options.limit, "Processor time of a point [s]; beyond it, it is left out")
+    verb.add_option("--limit", options.limit, "Processor time of a point, whole seconds; beyond it, it is left out")
         ->type_name("S")
         ->check(whole_number(1, 1000000));
     verb.add_option("--set", options.request.overrides, "Sets any key of the scene, for all points")
