@@ -35,13 +35,16 @@ bool is_scene_name(const std::string& input) {
     return input.find_first_of("/.") == std::string::npos;
 }
 
-// "funnel" -> "scenes/funnel.toml", if there is no file of the first name and one of the second.
+} // namespace
+
 std::string scene_path(const std::string& input) {
     std::error_code error;
     const std::filesystem::path path = scene_folder() / (input + ".toml");
     const bool is_name = is_scene_name(input) && !std::filesystem::exists(input, error);
     return is_name && std::filesystem::is_regular_file(path, error) ? path.string() : input;
 }
+
+namespace {
 
 // "; did you mean 'scenes/funnel.toml'?" if the file is not there, and one with nearly its name is; for the name of a scene
 // "; did you mean 'funnel'?".

@@ -1,6 +1,7 @@
 /// tumble study: the points of a sweep in processes of their own, then tables, diagram, film and page.
 #include "render/cmd/study.h"
 
+#include "render/cmd/options.h"
 #include "render/cmd/study_crew.h"
 #include "render/cmd/study_diagram.h"
 #include "render/cmd/study_film.h"
@@ -344,7 +345,7 @@ fs::path study_folder(const StudyOptions& options) {
 std::optional<render::Chart> study_scene(const StudyOptions& options, std::span<const study::EngineKind> engines,
                                          const std::string& scene) {
     study::Request request = options.request;
-    request.scene = scene;
+    request.scene = scene_path(scene);
     if (!options.duration.empty()) {
         request.overrides.push_back("output.duration=\"" + options.duration + "\"");
     }

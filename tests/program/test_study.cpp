@@ -43,8 +43,9 @@ TEST_F(Study, keeps_what_is_done_and_computes_anew_what_has_changed) {
 }
 
 TEST_F(Study, several_scenes_have_their_fronts_side_by_side) {
-    fs::copy_file(folder / "block.toml", folder / "other.toml");
-    ASSERT_EQ(tumble("study block.toml other.toml --out results --knobs 'iteration limit' --no-film --quiet").code, 0);
+    fs::create_directory(folder / "scenes");
+    fs::copy_file(folder / "block.toml", folder / "scenes/other.toml");
+    ASSERT_EQ(tumble("study block.toml other --out results --knobs 'iteration limit' --no-film --quiet").code, 0);
     EXPECT_EQ(render::read_image(folder / "results/fronts.png").width, 1240);
     const std::string svg = bytes("results/fronts.svg");
     EXPECT_NE(svg.find(">tumble</text>"), std::string::npos) << svg;
