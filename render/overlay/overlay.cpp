@@ -135,6 +135,10 @@ void Overlay::draw_logo(Canvas& canvas) const {
                    is_top ? space : canvas.height() - space - logo_.height, logo_);
 }
 
+float Overlay::beside_logo(sim::LogoCorner corner) const {
+    return logo_.width > 0 && scene_.overlay.logo_at == corner ? static_cast<float>(logo_.width) + edge * scale_ : 0.0f;
+}
+
 void Overlay::draw_caption(Canvas& canvas, const sim::CaptionDef& caption, double film_time) {
     const double left = caption.time + caption.duration - film_time;
     if (film_time < caption.time || left <= 0.0) {
@@ -225,10 +229,9 @@ void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
         row += (row > 0.0f ? value_gap : 0.0f) + width_of(value);
     }
     const float title_em = title_size * scale_;
-    const bool is_after_logo = scene_.overlay.logo_at == sim::LogoCorner::top_left;
-    const bool has_logo = logo_.width > 0 && (is_after_logo || scene_.overlay.logo_at == sim::LogoCorner::top_right);
-    const float beside = has_logo ? static_cast<float>(logo_.width) + edge * scale_ : 0.0f;
-    const float widest = static_cast<float>(canvas.width()) - 2.0f * (edge + padding) * scale_ - beside;
+    const float after_logo = beside_logo(sim::LogoCorner::top_left);
+    const float widest = static_cast<float>(canvas.width()) - 2.0f * (edge + padding) * scale_ - after_logo -
+                         beside_logo(sim::LogoCorner::top_right);
     const std::vector<std::string> title =
         has_title ? font_.lines(scene_.title, title_em, widest) : std::vector<std::string>{};
     float title_width = 0.0f;
@@ -241,7 +244,7 @@ void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
     const float row_height = values.empty() ? 0.0f : Font::digit_height(size);
     const float between = has_title && !values.empty() ? 13.0f * scale_ : 0.0f;
     const float inset = padding * scale_;
-    const glm::vec2 lower(edge * scale_ + (is_after_logo ? beside : 0.0f), edge * scale_);
+    const glm::vec2 lower(edge * scale_ + after_logo, edge * scale_);
     const glm::vec2 upper =
         lower + 2.0f * inset + glm::vec2(std::max(title_width, row), title_height + between + row_height);
     canvas.panel(lower, upper, 8.0f * scale_, panel_paint());
@@ -338,7 +341,8 @@ void Overlay::draw_plots(Canvas& canvas, const sim::Snapshot& snapshot, const No
     }
     const glm::vec2 size = plot_size * scale_;
     const bool is_at_top = scene_.overlay.plots_at == sim::PlotCorner::top_right;
-    glm::vec2 lower(static_cast<float>(canvas.width()) - edge * scale_ - size.x, edge * scale_);
+    const float before_logo = beside_logo(is_at_top ? sim::LogoCorner::top_right : sim::LogoCorner::bottom_right);
+    glm::vec2 lower(static_cast<float>(canvas.width()) - edge * scale_ - before_logo - size.x, edge * scale_);
     if (!is_at_top) {
         lower.y = static_cast<float>(canvas.height()) - lower.y - size.y;
     }
@@ -375,9 +379,10 @@ void Overlay::draw_color_legend(Canvas& canvas) {
     // At the right, where the plots are not.
     const float inset = padding * scale_;
     const glm::vec2 outer = content + 2.0f * inset;
-    const glm::vec2 far(static_cast<float>(canvas.width()) - edge * scale_ - outer.x,
-                        static_cast<float>(canvas.height()) - edge * scale_ - outer.y);
     const bool is_below = has_plots_ && scene_.overlay.plots_at == sim::PlotCorner::top_right;
+    const float before_logo = beside_logo(is_below ? sim::LogoCorner::bottom_right : sim::LogoCorner::top_right);
+    const glm::vec2 far(static_cast<float>(canvas.width()) - edge * scale_ - before_logo - outer.x,
+                        static_cast<float>(canvas.height()) - edge * scale_ - outer.y);
     const glm::vec2 lower = glm::round(glm::vec2(far.x, is_below ? far.y : edge * scale_));
     canvas.panel(lower, lower + outer, 8.0f * scale_, panel_paint());
     if (colors_.is_scale()) {
@@ -425,7 +430,7 @@ void Overlay::draw_contact_legend(Canvas& canvas) {
         width += before_text + font_.width(entry.text, size) + between;
     }
     const float bottom = static_cast<float>(canvas.height()) - edge * scale_;
-    const glm::vec2 lower(edge * scale_, bottom - 2.0f * inset - 0.8f * size);
+    const glm::vec2 lower(edge * scale_ + beside_logo(sim::LogoCorner::bottom_left), bottom - 2.0f * inset - 0.8f * size);
     canvas.panel(lower, {lower.x + width + 2.0f * inset, bottom}, 8.0f * scale_, panel_paint());
     glm::vec2 at = lower + inset;
     for (const LegendEntry& entry : entries) {

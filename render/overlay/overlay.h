@@ -42,6 +42,8 @@ private:
     void draw_caption(Canvas& canvas, const sim::CaptionDef& caption, double film_time);
     void fit_logo(int picture_size);
     void draw_logo(Canvas& canvas) const;
+    /// [px] by which what is in this corner gives way to the logo.
+    float beside_logo(sim::LogoCorner corner) const;
 
     const sim::SceneDef& scene_;
     BodyColors colors_;

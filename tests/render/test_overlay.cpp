@@ -264,7 +264,7 @@ std::string half_red_logo() {
     return {png.begin(), png.end()};
 }
 
-TEST(overlay, a_logo_is_drawn_with_its_alpha_in_its_corner_over_cards_and_beside_the_title) {
+TEST(overlay, a_logo_is_drawn_with_its_alpha_in_its_corner_over_cards_and_beside_title_and_legends) {
     sim::SceneDef scene = cube_scene();
     scene.overlay.logo = half_red_logo();
     scene.overlay.logo_height = 0.25; // 60 of 240 px high, 120 px wide
@@ -280,11 +280,15 @@ TEST(overlay, a_logo_is_drawn_with_its_alpha_in_its_corner_over_cards_and_beside
     scene.captions.clear();
     sample::show(scene, sim::Shown::title);
     scene.title = "One thousand cubes fall through a funnel of four plates"; // does not fit into one line
-    for (const sim::LogoCorner corner : {sim::LogoCorner::top_left, sim::LogoCorner::top_right}) {
+    sample::show(scene, sim::Shown::points);
+    scene.overlay.color_by = sim::ColorBy::speed;
+    for (const sim::LogoCorner corner :
+         {sim::LogoCorner::top_left, sim::LogoCorner::top_right, sim::LogoCorner::bottom_left}) {
         scene.overlay.logo_at = corner;
         pair = draw(scene, sample::start(scene));
-        const int clear = corner == sim::LogoCorner::top_left ? edge + 90 : width - edge - 30;
-        for (int y = edge; y < edge + 60; ++y) {
+        const int clear = corner == sim::LogoCorner::top_right ? width - edge - 30 : edge + 90;
+        const int top = corner == sim::LogoCorner::bottom_left ? height - edge - 60 : edge;
+        for (int y = top; y < top + 60; ++y) {
             EXPECT_EQ(color_at(pair.drawn, clear, y), color_at(pair.plain, clear, y)) << y;
         }
     }
