@@ -128,8 +128,7 @@ std::array<double, 2> nice_range(double lower, double upper) {
 }
 
 std::string tick_text(double value, double spacing) {
-    const double magnitude = std::max(std::abs(value), spacing);
-    if (magnitude >= 1e5 || spacing < 1e-4) {
+    if (spacing >= 1e5 || spacing < 1e-4) {
         return with_minus(value == 0.0 ? "0" : fmt::format("{:.3g}", value));
     }
     const int digits = std::max(0, static_cast<int>(std::ceil(-std::log10(spacing) - 1e-9)));

@@ -176,6 +176,7 @@ TEST(plot, ticks_are_round_and_ranges_hold_their_values) {
     EXPECT_EQ(tick_text(-20.0, 5.0), "\u221220");
     EXPECT_EQ(tick_text(1e-17, 0.2), "0.0");
     EXPECT_EQ(tick_text(2e6, 1e6), "2e+06");
+    EXPECT_EQ(tick_text(150000.0, 50000.0), "150000"); // as 50000 beside it
 }
 
 TEST(notes, a_hop_is_short_and_stays_on_the_body) {
