@@ -102,7 +102,7 @@ void check_overlay(const sim::SceneDef& scene) {
 
 void Overlay::draw(Image& image, const Moment& moment) {
     scale_ = std::max(static_cast<float>(std::min(image.width, image.height)), least_height) / 720.0f;
-    text_bottom_ = 0.0f;
+    text_end_ = glm::vec2(0.0f);
     Canvas canvas(image);
     fit_logo(std::min(image.width, image.height));
     if (needs_depth()) {
@@ -139,6 +139,10 @@ float Overlay::beside_logo(sim::LogoCorner corner) const {
     return logo_.width > 0 && scene_.overlay.logo_at == corner ? static_cast<float>(logo_.width) + edge * scale_ : 0.0f;
 }
 
+float Overlay::top_from(float left) const {
+    return text_end_.x < left ? edge * scale_ : text_end_.y + padding * scale_;
+}
+
 void Overlay::draw_caption(Canvas& canvas, const sim::CaptionDef& caption, double film_time) {
     const double left = caption.time + caption.duration - film_time;
     if (film_time < caption.time || left <= 0.0) {
@@ -167,7 +171,7 @@ void Overlay::draw_caption(Canvas& canvas, const sim::CaptionDef& caption, doubl
     if (caption.place == sim::CaptionPlace::bottom) {
         top.y = picture.y - (edge + padding) * scale_ - height;
     } else if (caption.place == sim::CaptionPlace::top) {
-        top.y = std::max((edge + padding) * scale_, text_bottom_ + 2.0f * padding * scale_);
+        top.y = std::max((edge + padding) * scale_, text_end_.y + 2.0f * padding * scale_);
     }
     if (is_card) {
         canvas.panel({0.0f, 0.0f}, picture, 0.0f, faded({card_color, 1.0f}));
@@ -248,7 +252,7 @@ void Overlay::draw_text(Canvas& canvas, const sim::Snapshot& snapshot) {
     const glm::vec2 upper =
         lower + 2.0f * inset + glm::vec2(std::max(title_width, row), title_height + between + row_height);
     canvas.panel(lower, upper, 8.0f * scale_, panel_paint());
-    text_bottom_ = upper.y;
+    text_end_ = upper;
     glm::vec2 at = lower + inset;
     for (std::size_t i = 0; i < title.size(); ++i) {
         const float baseline = at.y + Font::digit_height(title_em) + title_row * static_cast<float>(i);
@@ -342,10 +346,9 @@ void Overlay::draw_plots(Canvas& canvas, const sim::Snapshot& snapshot, const No
     const glm::vec2 size = plot_size * scale_;
     const bool is_at_top = scene_.overlay.plots_at == sim::PlotCorner::top_right;
     const float before_logo = beside_logo(is_at_top ? sim::LogoCorner::top_right : sim::LogoCorner::bottom_right);
-    glm::vec2 lower(static_cast<float>(canvas.width()) - edge * scale_ - before_logo - size.x, edge * scale_);
-    if (!is_at_top) {
-        lower.y = static_cast<float>(canvas.height()) - lower.y - size.y;
-    }
+    glm::vec2 lower = glm::vec2(canvas.width(), canvas.height()) - edge * scale_ - size;
+    lower.x -= before_logo;
+    lower.y = is_at_top ? top_from(lower.x) : lower.y;
     for (std::size_t i = 0; i < scene_.plots.size() && i < notes.plots.size(); ++i) {
         const sim::PlotDef& plot = scene_.plots[i];
         PlotPicture picture = describe_plot(scene_, plot);
@@ -383,7 +386,7 @@ void Overlay::draw_color_legend(Canvas& canvas) {
     const float before_logo = beside_logo(is_below ? sim::LogoCorner::bottom_right : sim::LogoCorner::top_right);
     const glm::vec2 far(static_cast<float>(canvas.width()) - edge * scale_ - before_logo - outer.x,
                         static_cast<float>(canvas.height()) - edge * scale_ - outer.y);
-    const glm::vec2 lower = glm::round(glm::vec2(far.x, is_below ? far.y : edge * scale_));
+    const glm::vec2 lower = glm::round(glm::vec2(far.x, is_below ? far.y : top_from(far.x)));
     canvas.panel(lower, lower + outer, 8.0f * scale_, panel_paint());
     if (colors_.is_scale()) {
         draw_scale(canvas, glm::round(lower + inset), content.x);

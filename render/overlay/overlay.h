@@ -44,6 +44,8 @@ private:
     void draw_logo(Canvas& canvas) const;
     /// [px] by which what is in this corner gives way to the logo.
     float beside_logo(sim::LogoCorner corner) const;
+    /// [px] where a panel at the top begins that reaches from `left` to the right edge: below the title where it is as wide.
+    float top_from(float left) const;
 
     const sim::SceneDef& scene_;
     BodyColors colors_;
@@ -51,7 +53,7 @@ private:
     bool has_text_;
     bool has_plots_;
     float scale_ = 1.0f; ///< [px] 1/720 of the picture's height, or of its width where that is less
-    float text_bottom_ = 0.0f; ///< [px] end of the title's panel
+    glm::vec2 text_end_{0.0f}; ///< [px] lower right corner of the title's panel
     Font font_;
     AlphaImage logo_; ///< as high as the last picture needed it
 };

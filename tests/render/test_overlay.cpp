@@ -253,6 +253,23 @@ TEST(overlay, a_card_covers_the_picture_and_long_lines_wrap) {
     EXPECT_EQ(font.lines("abcabc", 20.0f, font.width("abc", 20.0f) + 0.5f), (std::vector<std::string>{"abc", "abc"}));
 }
 
+TEST(overlay, the_legend_of_colours_is_below_a_title_as_wide_as_the_picture) {
+    sim::SceneDef scene = cube_scene();
+    sample::show(scene, sim::Shown::title);
+    scene.title = "One thousand cubes fall through a funnel of four plates";
+    const Pair title = draw(scene, sample::start(scene));
+    scene.overlay.color_by = sim::ColorBy::speed;
+    const Pair both = draw(scene, sample::start(scene));
+    const int x = 220; // where both are
+    int title_end = 0, legend_top = 0;
+    for (int y = height / 2; y > 0; --y) {
+        title_end = title_end == 0 && color_at(title.drawn, x, y) != color_at(title.plain, x, y) ? y + 1 : title_end;
+        legend_top = color_at(both.drawn, x, y) != color_at(title.drawn, x, y) ? y : legend_top;
+    }
+    EXPECT_GT(title_end, 8);
+    EXPECT_GT(legend_top, title_end);
+}
+
 /// A PNG file, 8 pixels wide and 4 high: the left half red, the right half clear.
 std::string half_red_logo() {
     std::vector<std::uint8_t> rgba;
