@@ -54,7 +54,6 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
               .gravity = {gravity.x(), gravity.y(), gravity.z()},
               .weight = gravity.norm(),
               .warm_start = settings.warm_start,
-              .is_doubtful = memory_interval_ == 0.0,
               .is_stretched = h > memory_interval_};
 }
 
@@ -81,29 +80,35 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     is_guess_ = true;
 }
 
-/// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at 1 - g.r / g.A g, where
-/// r is how much faster than their targets the contacts part with all of it, and g.A g twice the kinetic energy of what g
-/// changes. g is what is uncertain: impulses that answered an impact; all of them, from a shorter interval or an unconverged
-/// solve. Returns whether less than all was nearer.
-bool ContactSolver::scale_guess(const Bodies& bodies) {
+/// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at -g.r / g.A g, where r
+/// is how much faster than their targets the contacts part with f alone (of motions that all of g may throw far off no
+/// linear measure tells anything), and g.A g twice the kinetic energy of what g changes. g is what is uncertain: impulses that
+/// answered an impact; all of them, from a shorter interval or an unconverged solve. All of it is taken where that is nearer
+/// than none. Returns whether there is any.
+bool ContactSolver::scale_guess(const Bodies& bodies, const GapMeasure& gaps) {
     change_.resize(to_.velocity.size());
     for (const std::size_t i : to_.solved) {
         change_[i] = {};
     }
-    const double work = contacts_.apply_uncertain(to_.velocity, change_); // g.r [J]
-    double energy = 0.0;                                                  // g.A g [J]
+    contacts_.apply_uncertain(change_);
+    double energy = 0.0; // g.A g [J]
     for (const std::size_t i : to_.solved) {
+        to_.velocity[i].v -= change_[i].v;
+        to_.velocity[i].w -= change_[i].w;
         if (!bodies.props[i].is_static()) {
             energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
         }
     }
-    const double share = std::clamp(1.0 - work / energy, 0.0, 1.0);
-    if (!(energy > 0.0) || share > 0.5) {
-        return false; // all of it is nearer than none
+    if (energy == 0.0) {
+        return false;
     }
+    to_.update(bodies, contacts_.loop.workers);
+    gaps.measure();
+    const double best = std::clamp(-contacts_.uncertain_work(to_.velocity) / energy, 0.0, 1.0);
+    const double share = best > 0.5 ? 1.0 : best;
     for (const std::size_t i : to_.solved) {
-        to_.velocity[i].v -= (1.0 - share) * change_[i].v;
-        to_.velocity[i].w -= (1.0 - share) * change_[i].w;
+        to_.velocity[i].v += share * change_[i].v;
+        to_.velocity[i].w += share * change_[i].w;
     }
     contacts_.scale_uncertain(share);
     to_.update(bodies, contacts_.loop.workers);
@@ -138,14 +143,14 @@ int ContactSolver::iterate(int budget, bool& converged) {
 ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
-    to_.update(bodies, contacts_.loop.workers);
     const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
+    to_.update(bodies, contacts_.loop.workers);
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     for (int outer = 0; outer < most_rounds && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
         report.residual = gaps.measure();
-        if (std::exchange(is_guess_, false) && report.residual > gap_tolerance && scale_guess(bodies)) {
+        if (std::exchange(is_guess_, false) && report.residual > gap_tolerance && scale_guess(bodies, gaps)) {
             report.residual = gaps.measure();
         }
         report.joint_residual =

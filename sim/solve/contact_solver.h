@@ -6,6 +6,8 @@
 
 namespace sim {
 
+struct GapMeasure;
+
 struct ContactSolveReport {
     int iterations = 0;
     double residual = 0.0;       ///< [m] largest gap error at the predicted poses
@@ -81,7 +83,7 @@ private:
 
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
-    bool scale_guess(const Bodies& bodies);
+    bool scale_guess(const Bodies& bodies, const GapMeasure& gaps);
     int iterate(int budget, bool& converged);
 
     StepSettings settings_;

@@ -43,17 +43,17 @@ struct RestRules {
     double gravity[3] = {0.0, 0.0, 0.0};
     double weight = 0.0; ///< [m/s^2] its size
     bool warm_start = true;
-    bool is_doubtful = false;  ///< the last solve did not converge
-    bool is_stretched = false; ///< nor that, or its interval was shorter than this one
+    bool is_stretched = false; ///< the last solve did not converge, or its interval was shorter
 };
 
 /// What a kernel does with a range of batches.
 enum class RestPhase {
-    start,   ///< gap targets, and impulses of the last interval
-    apply,   ///< gives the bodies the impulses
-    half_kick, ///< gives them what acts before t0 of the impulses that are forces
-    uncertain, ///< gives them the uncertain share of the impulses; its work against what they lead to
-    scale,     ///< keeps a part of it
+    start,          ///< gap targets, and impulses of the last interval
+    apply,          ///< gives the bodies the impulses
+    half_kick,      ///< gives them what acts before t0 of the impulses that are forces
+    uncertain,      ///< gives them the uncertain share of the impulses
+    uncertain_work, ///< its work against what the others lead to
+    scale,          ///< keeps a part of it
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]
     store    ///< what the contacts hand to the next interval
 };
@@ -66,7 +66,7 @@ struct RestWork {
     BatchPoint* points = nullptr; ///< all of them
     RestPoint* rest = nullptr;
     const BodyRows* end = nullptr;     ///< [body_count]
-    const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain` after all
+    const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain_work` after the others
     double* velocity = nullptr;        ///< that impulses act on
     double* parts = nullptr;           ///< [batch_count] work of the uncertain share [J]
     double kept = 1.0;                 ///< [-] part of it that `scale` keeps

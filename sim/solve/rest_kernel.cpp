@@ -100,8 +100,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
         store(r.load, stretch * memory.force_share * memory.p_n);
         const Mask warm = rules.warm_start ? loaded : nowhere();
-        // What answered an impact in a solve that did not converge may be far too large.
-        const Real started = select(warm, rules.is_doubtful ? stretch * memory.force_share : stretch, zero);
+        const Real started = select(warm, stretch, zero);
         store(points[k].p_n, started * memory.p_n);
         store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
         store(points[k].p_t[1], started * dot(memory.p_t, f.t2));
@@ -387,10 +386,9 @@ double KERNEL(const RestWork& work) {
         RestPoint* rest = work.rest + batch.first;
         if (work.phase == RestPhase::start) {
             start(work, batch, block, points, rest);
-        } else if (work.phase == RestPhase::apply || work.phase == RestPhase::half_kick) {
+        } else if (work.phase == RestPhase::apply || work.phase == RestPhase::half_kick || work.phase == RestPhase::uncertain) {
             apply(work, batch, points, rest);
-        } else if (work.phase == RestPhase::uncertain) {
-            apply(work, batch, points, rest);
+        } else if (work.phase == RestPhase::uncertain_work) {
             work.parts[i] = uncertain_work(work, batch, points, rest);
         } else if (work.phase == RestPhase::scale) {
             scale(work, batch, points, rest);

@@ -265,10 +265,14 @@ RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_
             .rules = &rules_};
 }
 
-double RestingContacts::apply_uncertain(std::span<const Velocity> velocity, std::span<Velocity> change) {
+void RestingContacts::apply_uncertain(std::span<Velocity> change) {
+    loop.share_colours([&](std::size_t first, std::size_t last) { work(RestPhase::uncertain, first, last, change); });
+}
+
+double RestingContacts::uncertain_work(std::span<const Velocity> velocity) {
     parts_.resize(loop.batches.size());
-    loop.share_colours([&](std::size_t first, std::size_t last) {
-        RestWork work = work_of(RestPhase::uncertain, first, last, change);
+    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
+        RestWork work = work_of(RestPhase::uncertain_work, first, last, {});
         work.before = velocity.front().v.data();
         work.parts = parts_.data() + first;
         work_on_rest(work);

@@ -35,9 +35,10 @@ public:
     /// start from the impulses that these had, or loads a thousand times the weight would throw the bodies between them.
     void drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to);
 
-    /// Gives the bodies in `change` the uncertain share of the impulses, with all of which they move with `velocity`. Returns
-    /// its work against how much faster than their targets the contacts part [J].
-    double apply_uncertain(std::span<const Velocity> velocity, std::span<Velocity> change);
+    /// Gives the bodies in `change` the uncertain share of the impulses.
+    void apply_uncertain(std::span<Velocity> change);
+    /// Its work against how much faster than their targets the contacts part with `velocity` [J].
+    double uncertain_work(std::span<const Velocity> velocity);
     /// Keeps so much [-] of it.
     void scale_uncertain(double kept);
 

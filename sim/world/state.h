@@ -64,7 +64,6 @@ struct WorldState {
     double intervals_for_joints() const;
     void plan(StepReport& report);
     bool plan_interval(StepReport& report);
-    bool plan_interval(StepReport& report, std::int64_t most_sweeps);
     bool plan_until_impact(const Impact& impact, StepReport& report);
     void stop_at_impact(StepReport& report, bool& good);
     bool stops_at_impacts() const;

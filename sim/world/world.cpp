@@ -326,8 +326,6 @@ void WorldState::plan(StepReport& report) {
         }
         if (division == division_limit || work_left() == 0) {
             fall_short(report, contact_solver.least_settled());
-            // A few sweeps take energy; solves about poses that others planned in vain may give it.
-            plan_interval(report, sweeps_to_arrange);
             break;
         }
         ++report.divisions;
@@ -407,13 +405,10 @@ bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
 
 /// One solve over `interval`, checked by the shapes at the planned poses. Returns false if it did not converge.
 bool WorldState::plan_interval(StepReport& report) {
-    return plan_interval(report, std::max<std::int64_t>(work_left(), sweeps_to_arrange));
-}
-
-bool WorldState::plan_interval(StepReport& report, std::int64_t most_sweeps) {
     StepSettings used = settings;
     used.impacts = stops_at_impacts() ? ImpactHandling::stop : ImpactHandling::ahead;
-    used.iteration_limit = static_cast<int>(std::min<std::int64_t>(used.iteration_limit, most_sweeps));
+    used.iteration_limit = static_cast<int>(
+        std::min<std::int64_t>(used.iteration_limit, std::max<std::int64_t>(work_left(), sweeps_to_arrange)));
     repair.begin(interval, stops_at_impacts());
     contact_solver.prepare(bodies, search.pairs, joints, used, interval);
     bool good = false;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
 
 using namespace sim;
 
@@ -117,6 +118,22 @@ TEST(contact_solver, contacts_that_take_the_place_of_others_start_from_their_imp
     stack.solver.drop_contacts(stack.bodies, stack.pairs, 0);
     stack.solver.add_contacts(stack.bodies, stack.pairs, std::vector<int>{0}, stack.bodies.velocity);
     EXPECT_NEAR(stack.solver.velocity()[0].v.z(), held, 1e-15);
+}
+
+/// An impulse of a shorter interval, taken as a force, would turn the cube once about itself: how far its corners are from the
+/// floor then does not tell that it is too much.
+TEST(contact_solver, a_guess_that_throws_is_not_taken) {
+    Stack stack(1);
+    stack.settings.iteration_limit = 5;
+    const double shorter = 0.01 * h;
+    stack.solver.prepare(stack.bodies, stack.pairs, {}, stack.settings, shorter);
+    stack.solver.solve(stack.bodies, stack.pairs, {});
+    stack.solver.store_impulses(stack.bodies, stack.pairs, {});
+    const BodyProps& cube = stack.bodies.props[0];
+    const double turn = 2.0 * std::numbers::pi / h; // [rad/s]
+    stack.pairs[0].memory[0].p_n = 0.01 * turn / (6.0 * cube.inverse_mass * std::sqrt(0.5)); // at a corner
+    stack.solve();
+    EXPECT_LT(stack.solver.velocity()[0].v.norm(), 0.1);
 }
 
 /// A contact that repair found may overlap now by more than the pair does, which it parts no more slowly for.
