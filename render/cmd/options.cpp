@@ -1,6 +1,7 @@
 #include "render/cmd/options.h"
 
 #include "render/cmd/key_options.h"
+#include "render/cmd/scene_path.h"
 #include "render/cmd/usage.h"
 #include "render/film/film.h"
 #include "render/film/memory.h"
@@ -29,43 +30,6 @@ using sim::Error;
 using sim::ExitCode;
 
 namespace {
-
-// True for what may be the name of a scene of scene_folder(), such as "funnel".
-bool is_scene_name(const std::string& input) {
-    return input.find_first_of("/.") == std::string::npos;
-}
-
-} // namespace
-
-std::string scene_path(const std::string& input) {
-    std::error_code error;
-    const std::filesystem::path path = scene_folder() / (input + ".toml");
-    const bool is_name = is_scene_name(input) && !std::filesystem::exists(input, error);
-    return is_name && std::filesystem::is_regular_file(path, error) ? path.string() : input;
-}
-
-namespace {
-
-// "; did you mean 'scenes/funnel.toml'?" if the file is not there, and one with nearly its name is; for the name of a scene
-// "; did you mean 'funnel'?".
-std::string nearest_file(const std::string& input) {
-    std::error_code error;
-    if (std::filesystem::exists(scene_path(input), error)) {
-        return "";
-    }
-    const bool is_name = is_scene_name(input);
-    const std::filesystem::path path = input;
-    const std::filesystem::path folder = is_name ? scene_folder() : path.parent_path();
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, error)) {
-        const std::filesystem::path name = entry.path().filename();
-        if (name.extension() == (is_name ? ".toml" : path.extension())) {
-            names.push_back(is_name ? name.stem().string() : (path.parent_path() / name).string());
-        }
-    }
-    std::sort(names.begin(), names.end());
-    return sim::near_miss(input, names);
-}
 
 // All of standard input, read once.
 const std::string& standard_input() {
@@ -299,7 +263,7 @@ sim::SceneDef load_scene(const std::string& path, const Options& options, const 
         all.assignments.insert(all.assignments.end(), found.begin(), found.end());
         return load_with_preset(all, path);
     } catch (const Error& error) {
-        throw Error(error.code(), as_typed(error.what(), options) + nearest_file(path));
+        throw Error(error.code(), as_typed(error.what(), options) + nearest_scene(path));
     }
 }
 

@@ -110,12 +110,6 @@ std::string picture_preset(const Options& options);
 /// The preset of the simulation that was asked for by name; empty if none was. Throws Error (usage).
 std::string simulation_preset(const Options& options);
 
-/// scenes/ in the present folder, otherwise the scenes that were installed with the program.
-std::filesystem::path scene_folder();
-
-/// "funnel" -> "scenes/funnel.toml", if there is no file of the first name and one of the second.
-std::string scene_path(const std::string& input);
-
 /// A scene file, the name of a scene of scene_folder(), or "-": standard input; with all changes, and with the
 /// simulation's preset below them. Throws Error: what is wrong with an option is told by its own name.
 /// found: settings that the program has chosen itself, which hold against those of --set.

@@ -1,5 +1,6 @@
 /// tumble scenes, tumble new: which scenes there are, and a first one of one's own.
 #include "render/cmd/options.h"
+#include "render/cmd/scene_path.h"
 #include "render/cmd/scene_texts.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
@@ -15,16 +16,6 @@ namespace cmd {
 namespace fs = std::filesystem;
 using sim::Error;
 using sim::ExitCode;
-
-fs::path scene_folder() {
-    std::error_code error;
-    if (fs::is_directory("scenes", error)) {
-        return "scenes";
-    }
-    // This program is in PREFIX/libexec/tumble.
-    const fs::path program = fs::read_symlink("/proc/self/exe", error);
-    return program.parent_path().parent_path().parent_path() / "share" / "tumble" / "scenes";
-}
 
 void list_scenes(const Options& options) {
     const fs::path folder = options.inputs.empty() ? scene_folder() : fs::path(options.inputs.front());

@@ -1,7 +1,7 @@
 /// tumble study: the points of a sweep in processes of their own, then tables, diagram, film and page.
 #include "render/cmd/study.h"
 
-#include "render/cmd/options.h"
+#include "render/cmd/scene_path.h"
 #include "render/cmd/study_crew.h"
 #include "render/cmd/study_diagram.h"
 #include "render/cmd/study_film.h"
