@@ -81,8 +81,8 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
 }
 
 /// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at -g.r / g.A g, where r
-/// is how much faster than their targets the contacts part with f alone (of motions that all of g may throw far off no
-/// linear measure tells anything), and g.A g twice the kinetic energy of what g changes. g is what is uncertain: impulses that
+/// is how much faster than their targets the contacts part with f alone (gaps of bodies that all of g may turn by a radian tell
+/// nothing), and g.A g twice the kinetic energy of what g changes. g is what is uncertain: impulses that
 /// answered an impact; all of them, from a shorter interval or an unconverged solve. All of it is taken where that is nearer
 /// than none. Returns whether there is any.
 bool ContactSolver::scale_guess(const Bodies& bodies, const GapMeasure& gaps) {
@@ -143,8 +143,8 @@ int ContactSolver::iterate(int budget, bool& converged) {
 ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
-    const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
     to_.update(bodies, contacts_.loop.workers);
+    const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     for (int outer = 0; outer < most_rounds && !(contacts_.loop.empty() && joints_.empty()); ++outer) {

@@ -66,7 +66,7 @@ struct RestWork {
     BatchPoint* points = nullptr; ///< all of them
     RestPoint* rest = nullptr;
     const BodyRows* end = nullptr;     ///< [body_count]
-    const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain_work` after the others
+    const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain_work` without its share
     double* velocity = nullptr;        ///< that impulses act on
     double* parts = nullptr;           ///< [batch_count] work of the uncertain share [J]
     double kept = 1.0;                 ///< [-] part of it that `scale` keeps
