@@ -31,10 +31,14 @@ constexpr double limit_rounding = 1e-9;
 /// moves from one contact to another, what counts and what does not must balance, or bodies at rest would be told to approach.
 constexpr double largest_growth = 2.0;
 
-/// Blocks are passed over whose bodies changed by less than skip_share of the tolerance, but by no more than this [m/s], a tenth
-/// of what counts as rest, or this share [-] of the change of the sweep before.
-constexpr double settled_change = 1e-5;
+/// Blocks are passed over whose bodies changed by less than skip_share of the tolerance, but by no more than this share [-] of
+/// the change of the sweep before.
 constexpr double last_share = 0.05;
+
+/// Sweeps end within the tolerance, and where they change at most this share [-] of what the first one did: what each step leaves
+/// adds up, and towers bounce. Changes of settled_change [m/s] are left to the next steps.
+constexpr double solved_share = 0.25;
+constexpr double settled_change = 1e-5;
 
 } // namespace
 
@@ -120,9 +124,9 @@ double ContactSolver::part_of(double tolerance) const {
     return std::min(std::max(rules_.step_share * tolerance, gap_rounding), tolerance);
 }
 
-/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than the tolerance. Returns
-/// their number.
-int ContactSolver::iterate(int budget, bool& converged) {
+/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than `enough` [m/s]; 0: the first one
+/// tells. Returns their number.
+int ContactSolver::iterate(int budget, double& enough, bool& converged) {
     const double tolerance = iteration_tolerance_;
     const double joint_tolerance = part_of(settings_.joint_tolerance) / rules_.h;
     const bool has_joints = !joints_.empty();
@@ -131,10 +135,12 @@ int ContactSolver::iterate(int budget, bool& converged) {
     contacts_.loop.wake();
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = has_joints ? joints_.solve(to_.velocity) : 0.0;
-        const double skip =
-            has_joints ? -1.0 : std::min(skip_share * tolerance, std::max(settled_change, last_share * last));
+        const double skip = has_joints ? -1.0 : std::min(skip_share * tolerance, last_share * last);
         last = contacts_.loop.sweep(to_.velocity, skip, slack_share * tolerance);
-        converged = last <= tolerance || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
+        if (enough == 0.0) {
+            enough = std::min(tolerance, std::max(solved_share * last, settled_change));
+        }
+        converged = last <= enough || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
         converged = converged && (contacts_.loop.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
     }
     return count;
@@ -147,6 +153,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
+    double enough = 0.0; // [m/s] change that ends the sweeps, once the first one is known
     for (int outer = 0; outer < most_rounds && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
         report.residual = gaps.measure();
@@ -165,10 +172,10 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             break;
         }
         bool converged = false;
-        report.iterations += iterate(left, converged);
+        report.iterations += iterate(left, enough, converged);
         for (int round = 0; round < most_rounds && converged && contacts_.update_marks(pairs, to_.velocity); ++round) {
             report.iterations +=
-                iterate(std::max(settings_.iteration_limit - report.iterations, 1), converged);
+                iterate(std::max(settings_.iteration_limit - report.iterations, 1), enough, converged);
         }
         to_.update(bodies, contacts_.loop.workers);
     }
