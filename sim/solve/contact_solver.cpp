@@ -188,24 +188,19 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
 void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs,
                                    std::span<Joint> joints) {
     memory_interval_ = converged_ ? rules_.h : 0.0;
-    contacts_.store(bodies, pairs, to_.velocity);
+    at_node_ = bodies.velocity;
+    contacts_.store(bodies, pairs, to_.velocity, at_node_);
     joints_.store(joints, joint_weight_);
+    joints_.add_before(joint_weight_, at_node_);
     for (Joint& joint : joints) {
         joint.memory.last_interval = rules_.h;
     }
 }
 
-std::span<const Velocity> ContactSolver::find_velocity_at_node(const Bodies& bodies) {
-    at_node_ = bodies.velocity;
-    contacts_.apply_half_kicks(at_node_);
-    joints_.add_before(joint_weight_, at_node_);
-    return at_node_;
-}
-
 DriveWork ContactSolver::drive_work(const Bodies& bodies) {
     const std::vector<Velocity> velocity = kinematic_velocity(bodies);
     DriveWork work = contacts_.work_by(velocity);
-    const JointSolver::Kick kick{bodies.velocity, find_velocity_at_node(bodies), to_.velocity};
+    const JointSolver::Kick kick{bodies.velocity, at_node_, to_.velocity};
     const DriveWork of_joints = joints_.work(velocity, joints_.has_motors() ? &kick : nullptr);
     work.all += of_joints.all;
     work.ahead += of_joints.ahead;

@@ -55,8 +55,6 @@ public:
     std::span<const Velocity> velocity() const { return to_.velocity; }       ///< at t0 after the impulses
     std::span<const Pose> predicted() const { return to_.pose; }              ///< at t0 + h
     /// Velocities at t0 itself, once the impulses are stored: with the share of them that acts before it (Verlet's half).
-    std::span<const Velocity> find_velocity_at_node(const Bodies& bodies);
-    /// What it found last.
     std::span<const Velocity> velocity_at_node() const { return at_node_; }
     int contact_count() const { return static_cast<int>(contacts_.loop.contacts.size()); }
     Unsettled least_settled() { return contacts_.loop.least_settled(); }
@@ -93,7 +91,7 @@ private:
     JointSolver joints_;
     std::vector<double> joint_weight_; ///< [joint_count]
     Prediction to_;
-    std::vector<Velocity> at_node_;    ///< memory of find_velocity_at_node()
+    std::vector<Velocity> at_node_;    ///< see velocity_at_node()
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] memory of scale_guess()
     bool is_guess_ = false;            ///< the impulses are those of the last interval

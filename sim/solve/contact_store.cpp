@@ -121,11 +121,14 @@ void RestingContacts::find_hit_bodies(const Bodies& bodies) {
     }
 }
 
-void RestingContacts::store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity) {
+void RestingContacts::store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity,
+                            std::span<Velocity> at_node) {
     find_hit_bodies(bodies);
-    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
+    loop.share_colours([&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            work_with_memory(RestPhase::store, i, pairs, velocity);
+            RestWork work = work_of(RestPhase::store, i, i + 1, velocity);
+            work.at_node = at_node.front().v.data();
+            work_with_memory(work, i, pairs);
         }
     });
     if (!has_all_) {
@@ -171,10 +174,6 @@ DriveWork RestingContacts::work_by(std::span<const Velocity> velocity) const {
         }
     }
     return sum;
-}
-
-void RestingContacts::apply_half_kicks(std::span<Velocity> velocity) {
-    loop.share_colours([&](std::size_t first, std::size_t last) { work(RestPhase::half_kick, first, last, velocity); });
 }
 
 } // namespace sim

@@ -48,14 +48,12 @@ struct RestRules {
 
 /// What a kernel does with a range of batches.
 enum class RestPhase {
-    start,          ///< gap targets, and impulses of the last interval
-    apply,          ///< gives the bodies the impulses
-    half_kick,      ///< gives them what acts before t0 of the impulses that are forces
+    start,          ///< gap targets, and impulses of the last interval, which the bodies get
     uncertain,      ///< gives them the uncertain share of the impulses
     uncertain_work, ///< its work against what the others lead to
     scale,          ///< keeps a part of it
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]
-    store    ///< what the contacts hand to the next interval
+    store    ///< what the contacts hand to the next interval; gives the bodies what acts before t0 of the impulses that are forces
 };
 
 struct RestWork {
@@ -68,6 +66,7 @@ struct RestWork {
     const BodyRows* end = nullptr;     ///< [body_count]
     const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain_work` without its share
     double* velocity = nullptr;        ///< that impulses act on
+    double* at_node = nullptr;         ///< to store: velocities at t0, which get what acts before it
     double* parts = nullptr;           ///< [batch_count] work of the uncertain share [J]
     double kept = 1.0;                 ///< [-] part of it that `scale` keeps
     /// The rows of the ContactMemory of point k in lane l at [lane_count * k + l], of one batch; to start and to store.

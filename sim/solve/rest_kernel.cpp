@@ -123,35 +123,28 @@ LANES_INLINE Real uncertain_share(const RestRules& rules, const Real& p_n, const
     return select(loaded, answer, real(0.0));
 }
 
-/// Gives the bodies the impulses of the points, or a share of them.
-LANES_INLINE void apply(const RestWork& work, const BlockBatch& batch, const BatchPoint* points, const RestPoint* rest) {
+/// Gives the bodies share_of(k) [-] of the impulses of each point k.
+template <typename Share>
+LANES_INLINE void apply(double* velocity, const BlockBatch& batch, const BatchPoint* points, Share&& share_of) {
     const Real zero = real(0.0);
     Real3 force{zero, zero, zero};
     Real3 turning{zero, zero, zero};
     for (int k = 0; k < batch.count; ++k) {
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
-        Real p_n = load(points[k].p_n);
-        Real p_1 = load(points[k].p_t[0]);
-        Real p_2 = load(points[k].p_t[1]);
-        if (work.phase != RestPhase::apply) {
-            const Mask acts = (p_n > 0.0) & ~lanes_of(points[k].ahead);
-            const Real share = work.phase == RestPhase::half_kick
-                                   ? select(acts, load(batch.node_weight) * load(rest[k].force_share), zero)
-                                   : uncertain_share(*work.rules, p_n, rest[k]);
-            p_n = share * p_n;
-            p_1 = share * p_1;
-            p_2 = share * p_2;
-        }
+        const Real share = share_of(k);
+        const Real p_n = share * load(points[k].p_n);
+        const Real p_1 = share * load(points[k].p_t[0]);
+        const Real p_2 = share * load(points[k].p_t[1]);
         force = force + Real3{p_1, p_2, p_n};
         turning = turning + Real3{p_n * y, -(p_n * x), x * p_2 - y * p_1};
     }
     const Frame f = frame_of(batch);
     const Real3 p = f.world(force.x, force.y) + force.z * f.n;
     const Real3 moment = f.world(turning.x, turning.y) + turning.z * f.n;
-    push_bodies(work.velocity, batch.a, batch.moves_a,
+    push_bodies(velocity, batch.a, batch.moves_a,
                 Push(batch.inverse_mass_a, batch.inverse_inertia_a, load3(batch.r_a), p, moment));
-    push_bodies(work.velocity, batch.b, batch.moves_b,
+    push_bodies(velocity, batch.b, batch.moves_b,
                 Push(batch.inverse_mass_b, batch.inverse_inertia_b, load3(batch.r_b), -p, -moment));
 }
 
@@ -386,14 +379,20 @@ double KERNEL(const RestWork& work) {
         RestPoint* rest = work.rest + batch.first;
         if (work.phase == RestPhase::start) {
             start(work, batch, block, points, rest);
-        } else if (work.phase == RestPhase::apply || work.phase == RestPhase::half_kick || work.phase == RestPhase::uncertain) {
-            apply(work, batch, points, rest);
+            apply(work.velocity, batch, points, [](int) { return real(1.0); });
+        } else if (work.phase == RestPhase::uncertain) {
+            apply(work.velocity, batch, points,
+                  [&](int k) { return uncertain_share(*work.rules, load(points[k].p_n), rest[k]); });
         } else if (work.phase == RestPhase::uncertain_work) {
             work.parts[i] = uncertain_work(work, batch, points, rest);
         } else if (work.phase == RestPhase::scale) {
             scale(work, batch, points, rest);
         } else if (work.phase == RestPhase::store) {
             store_impulses(work, batch, block, points, rest);
+            apply(work.at_node, batch, points, [&](int k) {
+                const Mask acts = (load(points[k].p_n) > 0.0) & ~lanes_of(points[k].ahead);
+                return select(acts, load(batch.node_weight) * load(rest[k].force_share), real(0.0));
+            });
         } else {
             Lanes errors;
             store(errors, measure(work, batch, block, points, rest));

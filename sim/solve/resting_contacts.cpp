@@ -140,21 +140,21 @@ void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pai
     loop.lay_out(bodies, first_block);
     grow(rest_points, loop.points.size());
     grow(rest_blocks, loop.batches.size());
-    loop.share(loop.batches.size() - first_batch, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first_batch + first; i < first_batch + last; ++i) {
+    const auto start_some = [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
             loop.fill_batch(i, bodies, bodies.velocity);
-            start_batch(bodies, pairs, i, to);
+            start_batch(bodies, pairs, i, to.velocity);
         }
-    });
+    };
+    loop.share_colours(start_some, first_batch);
     for (std::size_t i = first_block; has_two_coefficients_ && i < loop.blocks.size(); ++i) {
         Block& block = loop.blocks[i];
         set_mark(block, loop.batch_of(block).sticking.x[Blocks::lane_of(block)] > 0.5);
     }
-    loop.share_colours([&](std::size_t first, std::size_t last) { work(RestPhase::apply, first, last, to.velocity); },
-                        first_batch);
 }
 
-void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i, Prediction& to) {
+void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i,
+                                  std::span<Velocity> velocity) {
     const BlockBatch& batch = loop.batches[i];
     RestBlock& rest = rest_blocks[i];
     rest.plain = rest.edges = rest.hit = 0;
@@ -168,12 +168,11 @@ void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts
             start_lane(bodies, i, lane);
         }
     }
-    work_with_memory(RestPhase::start, i, pairs, to.velocity);
+    work_with_memory(work_of(RestPhase::start, i, i + 1, velocity), i, pairs);
 }
 
-/// One phase for batch i, which reads or writes what its contacts remember.
-void RestingContacts::work_with_memory(RestPhase phase, std::size_t i, std::vector<PairContacts>& pairs,
-                                       std::span<Velocity> velocity) {
+/// Work on batch i that reads or writes what its contacts remember.
+void RestingContacts::work_with_memory(RestWork work, std::size_t i, std::vector<PairContacts>& pairs) {
     double* memory[block_size * lane_count];
     const BlockBatch& batch = loop.batches[i];
     std::fill_n(memory, lane_count * batch.count, &no_memory.p_n);
@@ -188,7 +187,6 @@ void RestingContacts::work_with_memory(RestPhase phase, std::size_t i, std::vect
             memory[lane_count * k++ + lane] = &pair.memory_of(*contact).p_n;
         }
     }
-    RestWork work = work_of(phase, i, i + 1, velocity);
     work.memory = memory;
     work_on_rest(work);
 }

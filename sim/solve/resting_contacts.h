@@ -45,14 +45,11 @@ public:
     /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
     bool update_marks(const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);
 
-    /// Stores impulses and marks in the pairs' memory.
-    void store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity);
+    /// Stores impulses and marks in the pairs' memory, and gives the bodies at t0 what acts before it of the impulses.
+    void store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity, std::span<Velocity> at_node);
 
     /// Once they are stored: what kinematic bodies do by the impulses. velocity: kinematic_velocity().
     DriveWork work_by(std::span<const Velocity> velocity) const;
-
-    /// Once they are stored: gives the bodies what acts before t0 of the impulses.
-    void apply_half_kicks(std::span<Velocity> velocity);
 
     /// One phase for batches first..last. Returns what work_on_rest() does.
     double work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
@@ -62,9 +59,9 @@ private:
     std::size_t take(const Bodies& bodies, const PairContacts& pair, const Contact** to) const;
     void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     void start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to);
-    void start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i, Prediction& to);
+    void start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i, std::span<Velocity> velocity);
     void start_lane(const Bodies& bodies, std::size_t i, std::size_t lane);
-    void work_with_memory(RestPhase phase, std::size_t i, std::vector<PairContacts>& pairs, std::span<Velocity> velocity);
+    void work_with_memory(RestWork work, std::size_t i, std::vector<PairContacts>& pairs);
     RestWork work_of(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
     void find_late_impacts(const std::vector<PairContacts>& pairs, std::size_t first_block,
                            std::span<const Velocity> at_node);

@@ -112,7 +112,7 @@ void WorldState::begin() {
     plan(report);
     settings = asked;
     begun_at_limit = report.at_iteration_limit;
-    velocity_at_node = contact_solver.find_velocity_at_node(bodies);
+    velocity_at_node = contact_solver.velocity_at_node();
     energy.start(bodies, velocity_at_node, settings, energy_in_springs());
 }
 
@@ -138,7 +138,7 @@ StepReport WorldState::step() {
         resolve_collisions(report);
         plan(report);
     } while (progress < 1.0);
-    velocity_at_node = contact_solver.find_velocity_at_node(bodies);
+    velocity_at_node = contact_solver.velocity_at_node();
     report.energy_gain = energy.gain(bodies, velocity_at_node, energy_in_springs());
     return report;
 }
