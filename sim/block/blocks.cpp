@@ -348,7 +348,6 @@ void Blocks::wake() {
         std::vector<ExtrapolatedPoint>().swap(extrapolated_); // the solve before went without: a heap at rest needs none
     }
     extrapolated_.clear();
-    extrapolation_.begin();
     sweeps_ = 0;
     least_change_ = progress_ = std::numeric_limits<double>::infinity();
     stalls_ = false;
@@ -367,7 +366,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
             ExtrapolatedPoint& before = extrapolated_.emplace_back();
             before = {{point.p_t[0], point.p_t[1], point.p_n}, {point.p_t[0], point.p_t[1], point.p_n}};
         }
-        extrapolation_.start(change_);
+        extrapolation_.start();
         return;
     }
     const auto work = [&](std::size_t first, std::size_t last, double* along, double share_of_step) {
@@ -382,15 +381,15 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
     };
     along_.resize(batches.size());
     share(batches.size(), [&](std::size_t first, std::size_t last) { work(first, last, along_.data() + first, 0.0); });
-    const double share_of_step = extrapolation_.next(std::accumulate(along_.begin(), along_.end(), 0.0), change_);
+    const double share_of_step = extrapolation_.next(std::accumulate(along_.begin(), along_.end(), 0.0));
     share_colours([&](std::size_t first, std::size_t last) { work(first, last, nullptr, share_of_step); });
 }
 
 double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
-    const bool is_due = sweeps_ >= first_newton && sweeps_ % newton_period == 0;
+    const bool is_due = sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
     const bool is_small = is_due && solve_stalled(velocity);
-    if (extrapolation_.is_due() && !is_small) {
+    if (sweeps_ > plain_sweeps && sweeps_ <= last_extrapolated && !is_small) {
         extrapolate(velocity);
     }
     std::atomic<double> worst = 0.0;
@@ -405,7 +404,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
     });
     change_ = worst;
     least_change_ = std::min(least_change_, change_);
-    if (sweeps_ % stall_period == 0) {
+    if (sweeps_ % plain_sweeps == 0) {
         stalls_ = least_change_ > 0.5 * progress_;
         progress_ = std::exchange(least_change_, std::numeric_limits<double>::infinity());
     }

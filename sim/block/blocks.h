@@ -115,14 +115,22 @@ inline constexpr double skip_share = 0.2;
 /// Targets that a rigid motion misses by this share [-] of the iteration's tolerance are met on average.
 inline constexpr double slack_share = 0.1;
 
-/// Sweeps [-] between two steps of Newton's method: enough to find out who carries load; and before the first: the funnel's
-/// small islands on the floor settle within them at less cost.
+/// So many sweeps [-] settle what is easy. After them Newton's method and extrapolation begin; where as many more do not halve the
+/// least change of those before, they stall.
+inline constexpr int plain_sweeps = 12;
+
+/// Sweep of a solve [-] after which none is extrapolated: what has not led to the end by then goes in circles.
+inline constexpr int last_extrapolated = 600;
+
+/// Sweeps [-] between two steps of Newton's method: enough to find out who carries load.
 inline constexpr int newton_period = 4;
-inline constexpr int first_newton = 12;
 
 /// Bodies [-] of an island, or else loops of blocks in it, up to which a factorisation is cheaper than the sweeps that it saves:
 /// a tower's factors are as sparse as its matrix, those of a dense heap of 256 take a tenth of a second.
 inline constexpr std::size_t newton_size = 64;
+
+/// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
+inline constexpr double limit_share = 1e-9;
 
 /// Rounds [-] of what is repeated until it is right, where nothing proves that it ends: linear solves at predicted poses, changes
 /// of marks, motors at their limits, repairs, the time of an impact.
@@ -130,9 +138,6 @@ inline constexpr int most_rounds = 12;
 
 /// Looking for contacts and arranging them counts as so many sweeps [-] where work is bounded.
 inline constexpr int sweeps_to_arrange = 10;
-
-/// Where so many sweeps [-] do not halve the least change of as many before them, they stall.
-inline constexpr int stall_period = 16;
 
 /// A solve that stalls is good enough where its changes are this share [-] of the gap tolerance over the step.
 inline constexpr double stall_share = 0.01;
@@ -241,7 +246,7 @@ private:
     std::vector<double> along_;         ///< [batches] see Extrapolation::next
     double change_ = 0.0;               ///< [m/s] by the last sweep
     int sweeps_ = 0;                    ///< since wake()
-    double least_change_ = 0.0;         ///< [m/s] of the last stall_period sweeps, so far
+    double least_change_ = 0.0;         ///< [m/s] of the last plain_sweeps, so far
     double progress_ = 0.0;             ///< [m/s] the same of those before
     bool stalls_ = false;
     std::vector<Island> islands_;       ///< once asked for

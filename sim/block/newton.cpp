@@ -16,9 +16,6 @@ constexpr int refinements = 4;
 /// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
 constexpr double line_share = 1e-7;
 
-/// Friction within this share [-] of mu p_n is at its limit: the block slides.
-constexpr double limit_share = 1e-6;
-
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 Mat3 inverse_inertia_of(const BodyRows& row) {

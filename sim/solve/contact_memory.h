@@ -44,17 +44,6 @@ struct PairContacts {
     }
 };
 
-/// So many pairs ahead the contacts are prefetched, by trial with the funnel: they lie anywhere in memory.
-inline constexpr std::size_t prefetch_pairs = 3;
-
-/// Prefetches `size` bytes from `from` on.
-inline void prefetch(const void* from, std::size_t size) {
-    constexpr std::size_t cache_line = 64; // bytes
-    for (std::size_t at = 0; at < size; at += cache_line) {
-        __builtin_prefetch(static_cast<const char*>(from) + at);
-    }
-}
-
 /// Gives the pair these contacts, and hands what it remembers of those it had to them: by feature id, else to the nearest
 /// core within `reach` [m].
 void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts, double reach);

@@ -23,9 +23,6 @@ double node_weight(double last_interval, double h) {
     return last_interval / (last_interval + h);
 }
 
-/// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
-constexpr double limit_rounding = 1e-9;
-
 /// An impact is passed on by contacts whose impulse exceeds this many times [-] the last step's force, and the weight.
 /// What the bodies that it reaches feel beyond these answers it and is no force. Elsewhere all impulses are: of a load that only
 /// moves from one contact to another, what counts and what does not must balance, or bodies at rest would be told to approach.
@@ -53,7 +50,7 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
               .step_share = step_share,
               .velocity_tolerance = settings.velocity_tolerance,
               .largest_growth = largest_growth,
-              .limit = 1.0 - limit_rounding,
+              .limit = 1.0 - limit_share,
               .slip_tolerance = left_share * settings.tolerance,
               .gravity = {gravity.x(), gravity.y(), gravity.z()},
               .weight = gravity.norm(),

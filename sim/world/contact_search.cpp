@@ -57,11 +57,6 @@ void ContactSearch::find() {
         take_known(first, last, found);
         std::vector<Contact> contacts;
         for (std::size_t i = first; i < last; ++i) {
-            if (i + prefetch_pairs < last) {
-                const PairContacts& pair = found[i + prefetch_pairs];
-                prefetch(pair.memory.data(), pair.memory.size() * sizeof(ContactMemory));
-                prefetch(pair.manifold.contacts.data(), pair.manifold.contacts.size() * sizeof(Contact));
-            }
             find_contacts_of(near_[i], contacts, found[i]);
         }
     };

@@ -4,10 +4,7 @@ namespace sim {
 
 namespace {
 
-/// Friction below the limit mu_s p_n by less than this share [-] counts as at it. The solver's own mark tells
-/// sticking from sliding only where mu_s and mu_d differ.
-constexpr double limit_share = 1e-6;
-
+/// The solver's own mark tells sticking from sliding only where mu_s and mu_d differ.
 bool is_sticking(const ContactMemory& memory, const PairMaterial& material) {
     const double limit = material.mu_s * memory.p_n;
     return memory.is_sticking() && memory.p_t.norm() < (1.0 - limit_share) * limit;
