@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -81,6 +82,63 @@ Row measure(int side, int steps) {
     return row;
 }
 
+constexpr const char* columns = R"(
+[simulation]
+time_step = "1/1000"
+tolerance = 1e-4
+velocity_tolerance = 0.05
+[[body]]
+name = "floor"
+shape = { kind = "plane" }
+static = true
+friction = 0.5
+[[lattice]]
+name = "box"
+count = [1, 1, 40]
+spacing = [2, 2, 1]
+origin = [0, 0, 0.5]
+[lattice.body]
+shape = { kind = "box", size = [1, 1, 1] }
+friction = 0.5
+)";
+
+struct ColumnsRow {
+    double first_s = 0.0; ///< until the first step is done
+    double ms = 0.0;      ///< a step
+};
+
+ColumnsRow measure_columns(int side, int threads) {
+    const auto seconds = [] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    };
+    const double start = seconds();
+    const std::string count = fmt::format("lattice.box.count=[{0}, {0}, 40]", side);
+    sim::World world(sim::parse_scene(columns, "columns.toml", std::vector<std::string>{count}), threads);
+    world.step();
+    ColumnsRow row{.first_s = seconds() - start};
+    const int steps = side == 1 ? 2000 : 20000 / (side * side);
+    const double begin = seconds();
+    for (int i = 0; i < steps; ++i) {
+        world.step();
+    }
+    row.ms = 1e3 * (seconds() - begin) / steps;
+    return row;
+}
+
+void print_columns() {
+    std::puts("\n| columns of 40 boxes | threads | ms/step | of one column, one thread | first step [s] |\n"
+              "| --- | --- | --- | --- | --- |");
+    double one = 0.0;
+    for (const int side : {1, 16, 50}) {
+        for (const int threads : {1, 2}) {
+            const ColumnsRow row = measure_columns(side, threads);
+            one = one == 0.0 ? row.ms : one;
+            fmt::print("| {} | {} | {:.3f} | {:.0f} | {:.2f} |\n", side * side, threads, row.ms, row.ms / one, row.first_s);
+            std::fflush(stdout);
+        }
+    }
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -102,4 +160,5 @@ int main(int argc, char** argv) {
     }
     std::filesystem::create_directories(out);
     sim::write_file(out + "/scale.csv", csv);
+    print_columns();
 }
