@@ -32,7 +32,7 @@ constexpr double largest_growth = 2.0;
 /// the change of the sweep before.
 constexpr double last_share = 0.05;
 
-/// Sweeps end within the tolerance, and where they change at most this share [-] of what the first one did: what each step leaves
+/// Sweeps end within the tolerance, and where they change at most this share [-] of what the interval's first one did: what each step leaves
 /// adds up, and towers bounce. Changes of settled_change [m/s] are left to the next steps.
 constexpr double solved_share = 0.25;
 constexpr double settled_change = 1e-5;
@@ -79,6 +79,7 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     to_.move_others(bodies, contacts_.loop.workers);
     contacts_.begin(bodies, pairs, settings, rules_, to_);
     is_guess_ = true;
+    enough_ = 0.0;
 }
 
 /// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at -g.r / g.A g, where r
@@ -121,9 +122,8 @@ double ContactSolver::part_of(double tolerance) const {
     return std::min(std::max(rules_.step_share * tolerance, gap_rounding), tolerance);
 }
 
-/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than `enough` [m/s]; 0: the first one
-/// tells. Returns their number.
-int ContactSolver::iterate(int budget, double& enough, bool& converged) {
+/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than is enough. Returns their number.
+int ContactSolver::iterate(int budget, bool& converged) {
     const double tolerance = iteration_tolerance_;
     const double joint_tolerance = part_of(settings_.joint_tolerance) / rules_.h;
     const bool has_joints = !joints_.empty();
@@ -134,10 +134,10 @@ int ContactSolver::iterate(int budget, double& enough, bool& converged) {
         const double missing = has_joints ? joints_.solve(to_.velocity) : 0.0;
         const double skip = has_joints ? -1.0 : std::min(skip_share * tolerance, last_share * last);
         last = contacts_.loop.sweep(to_.velocity, skip, slack_share * tolerance);
-        if (enough == 0.0) {
-            enough = std::min(tolerance, std::max(solved_share * last, settled_change));
+        if (enough_ == 0.0) {
+            enough_ = std::min(tolerance, std::max(solved_share * last, settled_change));
         }
-        converged = last <= enough || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
+        converged = last <= enough_ || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
         converged = converged && (contacts_.loop.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
     }
     return count;
@@ -150,7 +150,6 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
-    double enough = 0.0; // [m/s] change that ends the sweeps, once the first one is known
     for (int outer = 0; outer < most_rounds && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
         report.residual = gaps.measure();
@@ -169,10 +168,10 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             break;
         }
         bool converged = false;
-        report.iterations += iterate(left, enough, converged);
+        report.iterations += iterate(left, converged);
         for (int round = 0; round < most_rounds && converged && contacts_.update_marks(pairs, to_.velocity); ++round) {
             report.iterations +=
-                iterate(std::max(settings_.iteration_limit - report.iterations, 1), enough, converged);
+                iterate(std::max(settings_.iteration_limit - report.iterations, 1), converged);
         }
         to_.update(bodies, contacts_.loop.workers);
     }

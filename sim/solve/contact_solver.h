@@ -82,7 +82,7 @@ private:
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
     bool scale_guess(const Bodies& bodies, const GapMeasure& gaps);
-    int iterate(int budget, double& enough, bool& converged);
+    int iterate(int budget, bool& converged);
 
     StepSettings settings_;
     RestRules rules_;
@@ -95,6 +95,7 @@ private:
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] memory of scale_guess()
     bool is_guess_ = false;            ///< the impulses are those of the last interval
+    double enough_ = 0.0;              ///< [m/s] change that ends the sweeps; 0 until the first one of the interval
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };
 
