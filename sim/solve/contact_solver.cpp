@@ -32,8 +32,9 @@ constexpr double largest_growth = 2.0;
 /// the change of the sweep before.
 constexpr double last_share = 0.05;
 
-/// Sweeps end within the tolerance, and where they change at most this share [-] of what the interval's first one did: what each step leaves
-/// adds up, and towers bounce. Changes of settled_change [m/s] are left to the next steps.
+/// Sweeps end within the tolerance, and where they change at most this share [-] of what the interval's first one did: what each
+/// step leaves adds up, and towers bounce. Changes of settled_change [m/s] are left to the next steps. Both by trial with towers of
+/// 20 to 60 cubes and the funnel.
 constexpr double solved_share = 0.25;
 constexpr double settled_change = 1e-5;
 

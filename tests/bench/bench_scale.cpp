@@ -83,10 +83,6 @@ Row measure(int side, int steps) {
 }
 
 constexpr const char* columns = R"(
-[simulation]
-time_step = "1/1000"
-tolerance = 1e-4
-velocity_tolerance = 0.05
 [[body]]
 name = "floor"
 shape = { kind = "plane" }
@@ -113,7 +109,9 @@ ColumnsRow measure_columns(int side, int threads) {
     };
     const double start = seconds();
     const std::string count = fmt::format("lattice.box.count=[{0}, {0}, 40]", side);
-    sim::World world(sim::parse_scene(columns, "columns.toml", std::vector<std::string>{count}), threads);
+    sim::SceneDef scene = sim::parse_scene(columns, "columns.toml", std::vector<std::string>{count});
+    scene.step = sim::load_scene(TUMBLE_SCENE_DIR "/funnel.toml").step;
+    sim::World world(scene, threads);
     world.step();
     ColumnsRow row{.first_s = seconds() - start};
     const int steps = side == 1 ? 2000 : 20000 / (side * side);
