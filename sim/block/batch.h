@@ -75,7 +75,7 @@ struct BatchPreparation {
     BlockBatch* batches = nullptr;
     std::size_t batch_count = 0;
     BatchPoint* points = nullptr;
-    /// gap, n, a of the contact of point k in lane l at [lane_count * k + l], of one batch; null: only the responses are
+    /// Rows that begin with gap, n, a of the contact of point k in lane l at [lane_count * k + l], of one batch; null: only the responses are
     /// found anew, from the masses in the batches.
     const double* const* at = nullptr;
     const BodyRows* rows = nullptr;   ///< [body_count] as the interval begins

@@ -14,9 +14,9 @@
 namespace sim {
 namespace {
 
-static_assert(offsetof(ContactGeometry, n) == sizeof(double) && offsetof(ContactGeometry, a) == 4 * sizeof(double) &&
-                  sizeof(ContactGeometry) >= 8 * sizeof(double),
-              "prepare_kernel.cpp reads gap, n and a");
+static_assert(offsetof(Contact, at.gap) == 0 && offsetof(Contact, at.n) == sizeof(double) &&
+                  offsetof(Contact, at.a) == 4 * sizeof(double) && sizeof(Contact) >= 8 * sizeof(double),
+              "prepare_kernel.cpp reads a row of 8 that begins with gap, n and a");
 
 /// Normals that differ by less than this [-] belong to one block.
 constexpr double same_normal = 1e-9;
@@ -279,7 +279,7 @@ void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<co
 }
 
 void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity) {
-    static const ContactGeometry nowhere;
+    static const Contact nowhere;
     const double* at[block_size * lane_count];
     BlockBatch& batch = batches[i];
     const std::span<BatchPoint> own = points_of(batch);
@@ -293,7 +293,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
             batch.a[lane] = batch.b[lane] = batch.a[0];
             batch.mu.x[lane] = 0.0;
             for (std::size_t k = 0; k < own.size(); ++k) {
-                at[lane_count * k + lane] = &nowhere.gap;
+                at[lane_count * k + lane] = &nowhere.at.gap;
             }
             continue;
         }
@@ -309,7 +309,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
         batch.face_of_a |= from[0]->feature.kind == FeatureKind::face_a ? bit : 0u;
         for (std::size_t k = 0; k < own.size(); ++k) {
             const bool is_there = k < from.size();
-            at[lane_count * k + lane] = is_there ? &from[k]->at.gap : &nowhere.gap;
+            at[lane_count * k + lane] = is_there ? &from[k]->at.gap : &nowhere.at.gap;
             own[k].there |= is_there ? bit : 0u;
         }
     }

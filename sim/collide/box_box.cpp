@@ -219,11 +219,9 @@ void ReferenceFace::add_contact(const ClipPoint& p, std::uint64_t face_id, const
     feature.core_b = is_a ? core_incident : core_reference;
     (is_a ? feature.direction_a : feature.direction_b) = reference.body_from_box.orientation * Vec3(outward * Vec3::Unit(axis));
     const Vec3 world_face = reference.world_from_box.position + axes * on_face;
-    const Vec3 world_incident = world_face + gap * normal();
     contact.at.gap = gap;
     contact.at.n = is_a ? Vec3(-normal()) : normal();
-    contact.at.a = is_a ? world_face : world_incident;
-    contact.at.b = is_a ? world_incident : world_face;
+    contact.at.a = is_a ? world_face : Vec3(world_face + gap * normal());
 }
 
 /// Its manifold, in the order of the ids.
@@ -274,11 +272,10 @@ void edge_contact(const Frames& f, const AxisChoice& axis, const ContactList& to
     Contact contact;
     ContactFeature& feature = contact.feature;
     feature.kind = FeatureKind::edges;
-    feature.side = axis.side;
     feature.id = to.id_base + 72 * 64 + static_cast<std::uint64_t>(axis.index) * 64 + signs;
     feature.core_a = f.a.body_from_box * middle_a;
     feature.core_b = f.b.body_from_box * middle_b;
-    feature.direction_a = f.a.body_from_box.orientation * Vec3::Unit(i);
+    feature.direction_a = f.a.body_from_box.orientation * Vec3(axis.side * Vec3::Unit(i));
     feature.direction_b = f.b.body_from_box.orientation * Vec3::Unit(j);
     contact.at = contact_geometry(feature, f.a.world_from_body, f.b.world_from_body);
     to.contacts.push_back(contact);
@@ -322,7 +319,6 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axe
         }
         ContactGeometry& at = contacts.back().at;
         at.n = face_normal;
-        at.b = at.a - at.gap * at.n;
     }
     ReferenceFace(f, reference_is_a, reference_is_a ? face_a : face_b).add_contacts(to);
     if (!edges_touch && std::abs(face_a.separation - face_b.separation) <= slack) {
@@ -335,7 +331,6 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axe
             Contact& corner = contacts[i];
             corner.feature.allowance = std::max(edges.separation - corner.at.gap, 0.0);
             corner.at.gap += corner.feature.allowance;
-            corner.at.b = corner.at.a - corner.at.gap * corner.at.n;
         }
     }
 }

@@ -278,7 +278,6 @@ Contact foot_contact(const Ground& ground, const Convex& convex, const Foot& foo
     ContactFeature& f = contact.feature;
     f.id = id;
     const bool is_rim = foot.rim_radius > 0.0;
-    f.rim_radius = foot.rim_radius;
     f.kind = ground.is_a ? (is_rim ? FeatureKind::rim_on_face_a : FeatureKind::face_a)
                          : (is_rim ? FeatureKind::rim_on_face_b : FeatureKind::face_b);
     (ground.is_a ? f.core_a : f.core_b) =
@@ -286,7 +285,7 @@ Contact foot_contact(const Ground& ground, const Convex& convex, const Foot& foo
     (ground.is_a ? f.direction_a : f.direction_b) = ground.world_from_body.orientation.conjugate() * ground.normal;
     (ground.is_a ? f.core_b : f.core_a) = in_frame(convex.world_from_body, foot.core);
     (ground.is_a ? f.direction_b : f.direction_a) = convex.world_from_body.orientation.conjugate() * foot.axis;
-    (ground.is_a ? f.radius_b : f.radius_a) = foot.radius;
+    (ground.is_a ? f.radius_b : f.radius_a) = is_rim ? foot.rim_radius : foot.radius;
     contact.at = ground.is_a ? contact_geometry(f, ground.world_from_body, convex.world_from_body)
                              : contact_geometry(f, convex.world_from_body, ground.world_from_body);
     return contact;
@@ -305,7 +304,6 @@ void ground_contacts(const Ground& ground, const Convex& convex, const ContactLi
         if (contact.at.gap < least) {
             contact.feature.allowance = least - contact.at.gap;
             contact.at.gap = least;
-            contact.at.b = contact.at.a - contact.at.gap * contact.at.n;
         }
         if (contact.at.gap <= list.margin) {
             contacts.push_back(contact);
@@ -351,7 +349,7 @@ Contact touch_contact(const Convex& a, const Convex& b, const Touch& ta, const T
     f.direction_b = b.world_from_body.orientation.conjugate() * tb.line;
     if (line_a && line_b && cross.norm() > parallel) {
         f.kind = FeatureKind::edges;
-        f.side = cross.dot(n) >= 0.0 ? 1.0 : -1.0;
+        f.direction_a = cross.dot(n) >= 0.0 ? f.direction_a : Vec3(-f.direction_a);
     } else if ((line_a && line_b) || core_gap < same_point * (a.size + b.size)) {
         f.kind = FeatureKind::face_b;
         f.direction_a.setZero();

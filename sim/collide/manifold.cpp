@@ -36,7 +36,7 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody
     double distance = 0.0; // of the cores along n
     switch (feature.kind) {
     case FeatureKind::rim_on_face_a:
-        core_b = lowest_rim_point(core_b, b.rotation * feature.direction_b, feature.rim_radius,
+        core_b = lowest_rim_point(core_b, b.rotation * feature.direction_b, feature.radius_b,
                                   a.rotation * feature.direction_a);
         [[fallthrough]];
     case FeatureKind::face_a:
@@ -45,7 +45,7 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody
         core_a = core_b + distance * g.n;
         break;
     case FeatureKind::rim_on_face_b:
-        core_a = lowest_rim_point(core_a, a.rotation * feature.direction_a, feature.rim_radius,
+        core_a = lowest_rim_point(core_a, a.rotation * feature.direction_a, feature.radius_a,
                                   b.rotation * feature.direction_b);
         [[fallthrough]];
     case FeatureKind::face_b:
@@ -67,7 +67,7 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody
     case FeatureKind::edges: {
         const Vec3 edge_a = a.rotation * feature.direction_a;
         const Vec3 edge_b = b.rotation * feature.direction_b;
-        g.n = direction_or(feature.side * edge_a.cross(edge_b), Vec3::UnitZ());
+        g.n = direction_or(edge_a.cross(edge_b), Vec3::UnitZ());
         distance = g.n.dot(core_a - core_b);
         // Closest points of the two lines.
         const double cosine = edge_a.dot(edge_b);
@@ -80,9 +80,10 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody
         break;
     }
     }
-    g.gap = distance - feature.radius_a - feature.radius_b + feature.allowance;
-    g.a = core_a - feature.radius_a * g.n;
-    g.b = g.a - g.gap * g.n;
+    const double radius_a = is_rim(feature) ? 0.0 : feature.radius_a;
+    const double radius_b = is_rim(feature) ? 0.0 : feature.radius_b;
+    g.gap = distance - radius_a - radius_b + feature.allowance;
+    g.a = core_a - radius_a * g.n;
     return g;
 }
 

@@ -24,14 +24,12 @@ enum class FeatureKind : std::uint8_t {
 struct ContactFeature {
     std::uint64_t id = 0; ///< of the features within their pair; the same from step to step
     FeatureKind kind = FeatureKind::cores;
-    double radius_a = 0.0;           ///< [m] ball radius around the core of a
+    double radius_a = 0.0;           ///< [m] of the ball around the core of a, or of the rim whose centre it is
     double radius_b = 0.0;           ///< [m]
     Vec3 core_a = Vec3::Zero();      ///< [m] body frame of a
     Vec3 core_b = Vec3::Zero();      ///< [m] body frame of b
-    Vec3 direction_a = Vec3::Zero(); ///< unit, body frame of a
+    Vec3 direction_a = Vec3::Zero(); ///< unit, body frame of a; edges: such that n is along direction_a x direction_b
     Vec3 direction_b = Vec3::Zero(); ///< unit, body frame of b
-    double rim_radius = 0.0;         ///< [m]
-    double side = 1.0;               ///< edges: n = side * (edge_a x edge_b) / |..|
     /// [m] added to the gap: a point that a face would count as inside, while crossing edges keep the bodies
     /// apart.
     double allowance = 0.0;
@@ -54,13 +52,15 @@ struct ContactGeometry {
     double gap = 0.0;       ///< [m]
     Vec3 n = Vec3::UnitZ(); ///< unit, from b to a
     Vec3 a = Vec3::Zero();  ///< contact point on a [m]
-    Vec3 b = Vec3::Zero();  ///< contact point on b [m]; a - b = gap n
+
+    Vec3 b() const { return a - gap * n; } ///< contact point on b [m]
+    Vec3 middle() const { return a - 0.5 * gap * n; }
 };
 
-/// A contact: its features and their geometry at the poses the narrow phase was given.
+/// A contact: its geometry at the poses the narrow phase was given, and the features it is of.
 struct Contact {
-    ContactFeature feature;
     ContactGeometry at;
+    ContactFeature feature;
 };
 
 /// All contacts of one pair of bodies, a < b.
@@ -79,9 +79,14 @@ inline ContactGeometry contact_geometry(const ContactFeature& feature, const Pos
 /// The point of a rim (centre, unit axis, radius [m]) that lies farthest against n; the centre if all do.
 Vec3 lowest_rim_point(const Vec3& centre, const Vec3& axis, double radius, const Vec3& n);
 
+/// Is it a rim that touches?
+inline bool is_rim(const ContactFeature& feature) {
+    return feature.kind == FeatureKind::rim_on_face_a || feature.kind == FeatureKind::rim_on_face_b;
+}
+
 /// True where the surface is curved: a point fixed to the body leaves it within a step.
 inline bool is_curved(const ContactFeature& feature) {
-    return feature.radius_a > 0.0 || feature.radius_b > 0.0 || feature.rim_radius > 0.0;
+    return feature.radius_a > 0.0 || feature.radius_b > 0.0;
 }
 
 /// Where contacts go.

@@ -46,7 +46,7 @@ Approach approach_of(const Bodies& bodies, const PairContacts& pair, std::size_t
     const auto b = static_cast<std::size_t>(pair.manifold.body_b);
     const ContactGeometry& at = pair.manifold.contacts[i].at;
     const Vec3 u_rel =
-        velocity[a].at(at.a - bodies.pose[a].position) - velocity[b].at(at.b - bodies.pose[b].position);
+        velocity[a].at(at.a - bodies.pose[a].position) - velocity[b].at(at.b() - bodies.pose[b].position);
     const double now = -u_rel.dot(at.n);
     const double approach = pass.number == 0 ? std::max(now, pair.memory[i].approach_speed) : now;
     const bool is_apart = at.gap > std::max(pass.reach, now * pass.soon);
@@ -261,7 +261,7 @@ void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pa
                 const double approach = targets_[static_cast<std::size_t>(block.first) + i].approach;
                 impulse.z() += 2.0 * memory.energy_taken / (memory.approach_speed + std::max(approach, 0.0));
             }
-            const Vec3 middle = 0.5 * (contact->at.a + contact->at.b);
+            const Vec3 middle = contact->at.middle();
             impacts->push_back({{block.a, block.b},
                                 middle.cast<float>(),
                                 contact->at.n.cast<float>(),

@@ -74,7 +74,7 @@ void sum_up(PairContacts& pair) {
         }
         const Vec3 p = memory.owed() * (memory.p_n * at.n + memory.p_t);
         pair.owed_impulse += p;
-        pair.owed_moment += (0.5 * (at.a + at.b)).cross(p);
+        pair.owed_moment += at.middle().cross(p);
     }
 }
 

@@ -22,9 +22,9 @@ bool wanders(const ContactFeature& feature, const ContactGeometry& at, const Vec
     case FeatureKind::edges:
         return (at.a - point_a).norm() > wander_share * size;
     case FeatureKind::rim_on_face_a:
-        return (at.b - point_b).norm() > rim_wander_share * feature.rim_radius;
+        return (at.b() - point_b).norm() > rim_wander_share * feature.radius_b;
     case FeatureKind::rim_on_face_b:
-        return (at.a - point_a).norm() > rim_wander_share * feature.rim_radius;
+        return (at.a - point_a).norm() > rim_wander_share * feature.radius_a;
     default:
         return false;
     }
@@ -61,26 +61,24 @@ struct Displacement {
 /// What the interval does to a contact. n: the block's normal; u_t: its tangential velocity after the impulses [m/s].
 Displacement displacement(const Interval& of, const Contact& contact, const Vec3& n,
                           const Eigen::Matrix<double, 3, 2>& tangents, const Vec2& u_t) {
-    const auto& [feature, start] = contact;
+    const auto& [start, feature] = contact;
     const Vec3 point_a = of.placed_a * (of.from_a.orientation.conjugate() * (start.a - of.from_a.position));
-    const Vec3 point_b = of.placed_b * (of.from_b.orientation.conjugate() * (start.b - of.from_b.position));
+    const Vec3 point_b = of.placed_b * (of.from_b.orientation.conjugate() * (start.b() - of.from_b.position));
     const Vec3 d = point_a - point_b;
-    ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
-    if (wanders(feature, at, point_a, point_b, of.size)) {
-        at.n = n;
-        at.a = point_a;
-        at.b = point_b;
-        at.gap = n.dot(d);
-    }
-    if (feature.rim_radius > 0.0) {
-        return {at.gap,
-                tangents.transpose() * (rolled(of.from_a, of.to_a, start.a, at.a) - rolled(of.from_b, of.to_b, start.b, at.b))};
+    const ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
+    const bool is_left = wanders(feature, at, point_a, point_b, of.size);
+    const double gap = is_left ? n.dot(d) : at.gap;
+    if (is_rim(feature)) {
+        const Vec3 moved_a = rolled(of.from_a, of.to_a, start.a, is_left ? point_a : at.a);
+        const Vec3 moved_b = rolled(of.from_b, of.to_b, start.b(), is_left ? point_b : at.b());
+        return {gap, tangents.transpose() * (moved_a - moved_b)};
     }
     if (is_curved(feature)) {
         // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
-        return {at.gap, of.h * (u_t + tangents.transpose() * (0.5 * of.h * of.fall))};
+        return {gap, of.h * (u_t + tangents.transpose() * (0.5 * of.h * of.fall))};
     }
-    return {at.gap, tangents.transpose() * (d - d.dot(at.n) * at.n)};
+    const Vec3& across = is_left ? n : at.n;
+    return {gap, tangents.transpose() * (d - d.dot(across) * across)};
 }
 
 } // namespace

@@ -217,7 +217,7 @@ void RestingContacts::start_lane(const Bodies& bodies, std::size_t i, std::size_
     const auto a = static_cast<std::size_t>(batch.a[lane]);
     const auto b = static_cast<std::size_t>(batch.b[lane]);
     rest.reach.x[lane] = wander_share * std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
-    const Vec3 edge_a = bodies.pose[a].orientation * (edges.side * edges.direction_a);
+    const Vec3 edge_a = bodies.pose[a].orientation * edges.direction_a;
     const Vec3 edge_b = bodies.pose[b].orientation * edges.direction_b;
     for (int axis = 0; axis < 3; ++axis) {
         rest.edge_a[axis].x[lane] = edge_a[axis];

@@ -43,7 +43,7 @@ bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& co
     const auto a = static_cast<std::size_t>(manifold.body_a);
     const auto b = static_cast<std::size_t>(manifold.body_b);
     const Vec3 u_rel = bodies.velocity[a].at(contact.at.a - bodies.pose[a].position) -
-                       bodies.velocity[b].at(contact.at.b - bodies.pose[b].position);
+                       bodies.velocity[b].at(contact.at.b() - bodies.pose[b].position);
     const double approach = -u_rel.dot(contact.at.n);
     const double fall = -relative_gravity(bodies, manifold, settings).dot(contact.at.n);
     const double at_touch = std::sqrt(std::max(approach * approach + 2.0 * fall * contact.at.gap, 0.0));
@@ -56,7 +56,7 @@ double impact_gap(const Contact& contact, const PairPoses& from, const PairPoses
         return contact_geometry(contact.feature, to.a, to.b).gap;
     }
     const Vec3 point_a = to.a * (from.a.orientation.conjugate() * (contact.at.a - from.a.position));
-    const Vec3 point_b = to.b * (from.b.orientation.conjugate() * (contact.at.b - from.b.position));
+    const Vec3 point_b = to.b * (from.b.orientation.conjugate() * (contact.at.b() - from.b.position));
     return contact.at.n.dot(point_a - point_b);
 }
 

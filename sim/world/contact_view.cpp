@@ -23,7 +23,7 @@ std::vector<ContactSnapshot> loaded_contacts(std::span<const PairContacts> pairs
             const ContactGeometry& at = pair.manifold.contacts[i].at;
             const double share = memory.interval() > 0.0 ? time_step / memory.interval() : 1.0;
             const Vec3 impulse = share * (memory.p_n * at.n + memory.p_t);
-            const Vec3 point = 0.5 * (at.a + at.b);
+            const Vec3 point = at.middle();
             contacts.push_back({{pair.manifold.body_a, pair.manifold.body_b},
                                 point.cast<float>(),
                                 at.n.cast<float>(),

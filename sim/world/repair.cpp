@@ -16,8 +16,7 @@ ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Po
     ContactGeometry before;
     before.n = at.n;
     before.a = a * (planned_a.orientation.conjugate() * (at.a - planned_a.position));
-    before.b = b * (planned_b.orientation.conjugate() * (at.b - planned_b.position));
-    before.gap = at.n.dot(before.a - before.b);
+    before.gap = at.n.dot(before.a - b * (planned_b.orientation.conjugate() * (at.b() - planned_b.position)));
     return before;
 }
 

@@ -76,7 +76,7 @@ TEST(box_box, cube_on_cube_has_its_four_corners_as_contacts) {
             EXPECT_NEAR(contact.at.gap, gap, rounding);
             EXPECT_EQ(contact.at.n, Vec3(0, 0, 1)); // from b, below, to a
             EXPECT_NEAR(contact.at.a.z(), 0.5 + gap, rounding);
-            EXPECT_NEAR(contact.at.b.z(), 0.5, rounding);
+            EXPECT_NEAR(contact.at.b().z(), 0.5, rounding);
         }
         EXPECT_LE((lowest(contacts).head<2>() + Vec3::Constant(0.5).head<2>()).norm(), rounding);
         EXPECT_LE((highest(contacts).head<2>() - Vec3::Constant(0.5).head<2>()).norm(), rounding);
@@ -117,7 +117,7 @@ TEST(box_box, crossing_edges_touch_in_one_point) {
     EXPECT_NEAR(contacts[0].at.gap, gap, rounding);
     EXPECT_LE((contacts[0].at.n - Vec3(0, 0, 1)).norm(), rounding);
     EXPECT_LE((contacts[0].at.a - Vec3(0, -0.2, half_diagonal + gap)).norm(), rounding);
-    EXPECT_LE((contacts[0].at.b - Vec3(0, -0.2, half_diagonal)).norm(), rounding);
+    EXPECT_LE((contacts[0].at.b() - Vec3(0, -0.2, half_diagonal)).norm(), rounding);
 }
 
 TEST(box_box, cubes_that_lean_against_each_other_as_mirror_images_push_along_the_mirrors_normal) {
@@ -147,7 +147,7 @@ TEST(box_box, corner_over_a_face_touches_there) {
                                       cube_at(Vec3::Zero()), 0.01);
     ASSERT_EQ(contacts.size(), 1u);
     EXPECT_NEAR(contacts[0].at.gap, 0.001, rounding);
-    EXPECT_LE((contacts[0].at.b - Vec3(0.1, 0.2, 0.5)).norm(), rounding);
+    EXPECT_LE((contacts[0].at.b() - Vec3(0.1, 0.2, 0.5)).norm(), rounding);
 }
 
 TEST(box_box, contacts_beyond_the_margin_are_left_out) {
@@ -173,7 +173,7 @@ TEST(box_box, exchanged_boxes_negate_the_normals_and_keep_the_gaps) {
             const bool is_edges = contact.feature.kind == FeatureKind::edges;
             const auto nearest = std::ranges::min_element(backward, {}, [&](const Contact& other) {
                 const double other_kind = (other.feature.kind == FeatureKind::edges) == is_edges ? 0.0 : 10.0;
-                return (other.at.b - contact.at.a).norm() + (other.at.a - contact.at.b).norm() + other_kind;
+                return (other.at.b() - contact.at.a).norm() + (other.at.a - contact.at.b()).norm() + other_kind;
             });
             EXPECT_NEAR(nearest->at.gap, contact.at.gap, 1e-12); // 1 / sin^2 of the edges' angle is below 100
             EXPECT_LE((nearest->at.n + contact.at.n).norm(), 1e-12);
@@ -196,7 +196,6 @@ TEST(box_box, geometry_of_the_feature_is_that_of_the_contact) {
             const double chord =
                 contact.feature.kind == FeatureKind::edges ? std::sqrt(2.0 * (1.0 - 0.998)) : 0.0;
             EXPECT_LE((contact.at.n - g.n).norm(), 1e-12 + chord);
-            EXPECT_LE((contact.at.a - contact.at.b - contact.at.gap * contact.at.n).norm(), 1e-12);
         }
     }
 }

@@ -41,7 +41,7 @@ void expect_ball_on_cube(const Vec3& centre, double gap, const Vec3& n, FeatureK
     ASSERT_EQ(exchanged.size(), 1u);
     EXPECT_NEAR(exchanged[0].at.gap, gap, gap_rounding);
     EXPECT_LE((exchanged[0].at.n + n).norm(), gap_rounding);
-    EXPECT_LE((exchanged[0].at.b - g.a).norm(), gap_rounding);
+    EXPECT_LE((exchanged[0].at.b() - g.a).norm(), gap_rounding);
 }
 
 /// Distance of a point from a box's surface, negative inside.
@@ -105,9 +105,9 @@ TEST(narrow_phase, ball_and_box_against_a_plane_in_both_orders) {
         EXPECT_NEAR(cube[i].at.gap, 0.1, gap_rounding);
         EXPECT_EQ(cube[i].at.n, Vec3(0, 0, 1));
         EXPECT_EQ(exchanged[i].at.n, Vec3(0, 0, -1));
-        EXPECT_EQ(exchanged[i].at.b, cube[i].at.a);
+        EXPECT_EQ(exchanged[i].at.b(), cube[i].at.a);
         EXPECT_EQ(exchanged[i].feature.id, cube[i].feature.id);
-        EXPECT_NEAR(cube[i].at.b.z(), 0.0, gap_rounding);
+        EXPECT_NEAR(cube[i].at.b().z(), 0.0, gap_rounding);
     }
 }
 

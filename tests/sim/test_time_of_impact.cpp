@@ -139,7 +139,7 @@ TEST(time_of_impact, far_side_of_a_rim_that_touches_is_followed_by_its_points) {
     const Pose past_flat = pose_at(-tilt);
     std::vector<Contact> contacts;
     find_contacts({cylinder, past_flat}, {Plane{}, floor}, 0.0, contacts);
-    const auto rim = std::ranges::find_if(contacts, [](const Contact& c) { return c.feature.rim_radius > 0.0; });
+    const auto rim = std::ranges::find_if(contacts, [](const Contact& c) { return is_rim(c.feature); });
     ASSERT_NE(rim, contacts.end());
     // As repair() hands it over: the points found at the end, where they were at the start.
     Contact far = *rim;
@@ -147,7 +147,7 @@ TEST(time_of_impact, far_side_of_a_rim_that_touches_is_followed_by_its_points) {
         return Vec3(standing.position + standing.orientation * (past_flat.orientation.conjugate() * (p - past_flat.position)));
     };
     far.at.a = at_start(rim->at.a);
-    far.at.gap = far.at.n.dot(far.at.a - far.at.b);
+    far.at.gap = far.at.n.dot(far.at.a - rim->at.b());
     ASSERT_GT(far.at.gap, 0.5 * tilt);
     ASSERT_LE(contact_geometry(far.feature, standing, floor).gap, 1e-12);
     const auto gap_at = [&](const Pose& pose) { return impact_gap(far, {standing, floor}, {pose, floor}, 1e-10); };
