@@ -228,22 +228,19 @@ LANES_INLINE void transpose(Real x[8]) {
 #endif
 }
 
-/// v (rows 0 to 2) and w (3 to 5) of the body in each lane, of rows of 64 bytes.
-LANES_INLINE void gather(const double* velocity, const int* body, Real rows[8]) {
+/// The first 8 of `stride` numbers of the body in each lane.
+template <int stride>
+LANES_INLINE void gather(const double* bodies, const int* body, Real rows[8]) {
     for (int l = 0; l < lane_count; ++l) {
-        rows[l] = load(velocity + 8 * body[l]);
+        rows[l] = load(bodies + stride * body[l]);
     }
     transpose(rows);
 }
 
 /// Two rows of 64 bytes of the body in each lane.
 LANES_INLINE void gather_two(const double* bodies, const int* body, Real rows[16]) {
-    for (int l = 0; l < lane_count; ++l) {
-        rows[l] = load(bodies + 16 * body[l]);
-        rows[8 + l] = load(bodies + 16 * body[l] + 8);
-    }
-    transpose(rows);
-    transpose(rows + 8);
+    gather<16>(bodies, body, rows);
+    gather<16>(bodies + 8, body, rows + 8);
 }
 /// 1 in the lanes of the mask, else 0.
 LANES_INLINE Real flag(const Mask& m) {
@@ -294,9 +291,6 @@ LANES_INLINE Real3 operator*(const Sym3& m, Real3 a) {
     return {m.xx * a.x + m.xy * a.y + m.xz * a.z, m.xy * a.x + m.yy * a.y + m.yz * a.z,
             m.xz * a.x + m.yz * a.y + m.zz * a.z};
 }
-LANES_INLINE Sym3 load_sym(const Lanes* from) {
-    return {load(from[0]), load(from[1]), load(from[2]), load(from[3]), load(from[4]), load(from[5])};
-}
 /// x with m x = b, by cofactors.
 LANES_INLINE Real3 solve(const Sym3& m, Real3 b) {
     const Real c_xx = m.yy * m.zz - m.yz * m.yz;
@@ -307,27 +301,6 @@ LANES_INLINE Real3 solve(const Sym3& m, Real3 b) {
     const Real c_zz = m.xx * m.yy - m.xy * m.xy;
     const Real r = 1.0 / (m.xx * c_xx + m.xy * c_xy + m.xz * c_xz);
     return r * (Sym3{c_xx, c_xy, c_xz, c_yy, c_yz, c_zz} * b);
-}
-
-/// What a wrench does to the velocities of bodies. p, moment: impulse [N s] at r [m] from
-/// their centres, and moment about that point [N m s].
-struct Push {
-    Real3 dv, dw;
-    LANES_INLINE Push(const Lanes& inverse_mass, const Lanes* inverse_inertia, Real3 r, Real3 p, Real3 moment)
-        : dv(load(inverse_mass) * p), dw(load_sym(inverse_inertia) * (cross(r, p) + moment)) {}
-};
-
-/// Adds it to the velocities (rows as for gather) of the bodies in the lanes `moves`.
-LANES_INLINE void push_bodies(double* velocity, const int* body, unsigned moves, const Push& push) {
-    const Real zero = real(0.0);
-    Real rows[8] = {push.dv.x, push.dv.y, push.dv.z, push.dw.x, push.dw.y, push.dw.z, zero, zero};
-    transpose(rows);
-    for (int l = 0; l < lane_count; ++l) {
-        if ((moves >> l & 1u) != 0) {
-            double* row = velocity + 8 * body[l];
-            store(row, load(row) + rows[l]);
-        }
-    }
 }
 
 } // namespace

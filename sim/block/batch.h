@@ -17,8 +17,8 @@ inline constexpr int block_size = 9;
 /// Target [m/s] of a point that is not there: its velocity is always far above it.
 inline constexpr double no_point = -1e300;
 
-/// Two rows of 64 bytes of a body. As the interval begins: position (3), inverse mass, inverse inertia tensor
-/// (xx xy xz yy yz zz). As predicted at its end: rotation since then (row by row), position.
+/// Two rows of 64 bytes of a body. As the interval begins: inverse mass [1/kg] and inverse inertia tensor [1/(kg m^2)]
+/// (xx xy xz yy yz zz); position in the second. As predicted at its end: rotation since then (row by row), position.
 struct alignas(64) BodyRows {
     double x[16];
 };
@@ -50,18 +50,16 @@ struct BlockBatch {
     unsigned moves_a = 0;  ///< bit l: body a of lane l is not static
     unsigned moves_b = 0;
     unsigned face_of_a = 0; ///< bit l: a face of a against points of b
+    unsigned sticking = 0;  ///< bit l: the mark of eq. 6
     bool has_friction = false;
-    Lanes frame[9];    ///< t_1, t_2, n, each x y z
+    Lanes t1[3];       ///< t_2 is n x t_1
+    Lanes n[3];
     Lanes r_a[3];      ///< middle of the contacts on a from its centre of mass [m]
     Lanes r_b[3];
     Lanes nearest_gap; ///< [m] of the contact in whose plane the impulses act
-    Lanes inverse_mass_a, inverse_mass_b; ///< [1/kg]
-    Lanes inverse_inertia_a[6];           ///< [1/(kg m^2)] xx xy xz yy yz zz
-    Lanes inverse_inertia_b[6];
     Lanes response[21]; ///< of the relative twist to a unit wrench (K and its angular parts): lower triangle, row by row
     Lanes before[3];    ///< u_1, u_2 [m/s], w_n [rad/s] before any impulse of this solve
     Lanes mu;           ///< mu_s of a sticking block, mu_d of a sliding one
-    Lanes sticking;     ///< 1: the mark of eq. 6
     /// Share [-] of the impulses at which the sliding direction is taken: of a step's impulses the part that acts before
     /// t0; 1 (the velocity after) in a collision, where sticking and sliding are then one law.
     Lanes node_weight;
@@ -75,8 +73,7 @@ struct BatchPreparation {
     BlockBatch* batches = nullptr;
     std::size_t batch_count = 0;
     BatchPoint* points = nullptr;
-    /// Rows that begin with gap, n, a of the contact of point k in lane l at [lane_count * k + l], of one batch; null: only the responses are
-    /// found anew, from the masses in the batches.
+    /// Rows that begin with gap, n, a of the contact of point k in lane l at [lane_count * k + l], of one batch.
     const double* const* at = nullptr;
     const BodyRows* rows = nullptr;   ///< [body_count] as the interval begins
     const double* velocity = nullptr; ///< before any impulse; rows as in BatchSweep
@@ -88,7 +85,8 @@ struct BatchSweep {
     BlockBatch* batches = nullptr;
     std::size_t batch_count = 0;
     BatchPoint* points = nullptr;
-    double* velocity = nullptr; ///< rows of 8: v, w, two unused; rows of 64 bytes, aligned
+    const BodyRows* rows = nullptr; ///< [body_count] as the interval begins
+    double* velocity = nullptr;     ///< rows of 8: v, w, two unused; rows of 64 bytes, aligned
     double* activity = nullptr; ///< [body_count] sum of the velocity changes of each body's blocks [m/s]
     double skip = 0.0;          ///< [m/s] blocks whose bodies changed by less are passed over
     /// [m/s] targets that a rigid motion misses by no more are met on average, and the load is shared smoothly;
@@ -113,8 +111,9 @@ struct BatchExtrapolation {
     ExtrapolatedPoint* before = nullptr;  ///< of the same points
     double* along = nullptr;    ///< [batch_count] then see Extrapolation::next: only this is found; null: they are extrapolated
     double share = 0.0;         ///< [-] share of the last sweep's step that is repeated
-    double* velocity = nullptr; ///< rows as in BatchSweep
-    double* activity = nullptr; ///< see BatchSweep
+    const BodyRows* rows = nullptr; ///< this and the others as in BatchSweep
+    double* velocity = nullptr;
+    double* activity = nullptr;
 };
 void extrapolate_batches(const BatchExtrapolation& work);
 

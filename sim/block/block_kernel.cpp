@@ -30,12 +30,7 @@ void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change
         store(v.points[k].p_t[0], v.p_1[k]);
         store(v.points[k].p_t[1], v.p_2[k]);
     }
-    const Real3 p = v.force.x * f.t1 + v.force.y * f.t2 + v.force.z * f.n;
-    const Real3 moment = v.moment.x * f.t1 + v.moment.y * f.t2 + v.moment.z * f.n;
-    push_bodies(sweep.velocity, batch.a, batch.moves_a,
-                Push(batch.inverse_mass_a, batch.inverse_inertia_a, load3(batch.r_a), p, moment));
-    push_bodies(sweep.velocity, batch.b, batch.moves_b,
-                Push(batch.inverse_mass_b, batch.inverse_inertia_b, load3(batch.r_b), -p, -moment));
+    push_bodies(sweep.rows, sweep.velocity, batch, f.world(v.force), f.world(v.moment));
     store(change, v.change);
 }
 

@@ -96,9 +96,9 @@ std::vector<Velocity> kinematic_velocity(const Bodies& bodies) {
 
 LaneFrame::LaneFrame(const BlockBatch& batch, std::size_t lane)
     : a(batch.a[lane]), b(batch.b[lane]), r_a(vector_in_lane(batch.r_a, lane)), r_b(vector_in_lane(batch.r_b, lane)) {
-    for (int axis = 0; axis < 3; ++axis) {
-        frame.col(axis) = vector_in_lane(batch.frame + 3 * axis, lane);
-    }
+    frame.col(0) = vector_in_lane(batch.t1, lane);
+    frame.col(2) = vector_in_lane(batch.n, lane);
+    frame.col(1) = frame.col(2).cross(frame.col(0));
 }
 
 Vec6 LaneFrame::relative_twist(std::span<const Velocity> velocity) const {
@@ -177,8 +177,8 @@ void Blocks::reset_bodies(const Bodies& bodies, std::size_t first_block) {
             used_[k] = 0;
             const Vec3& x = bodies.pose[k].position;
             const Mat3& j = bodies.inverse_inertia[k];
-            rows_[k] = {{x.x(), x.y(), x.z(), bodies.props[k].inverse_mass, j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2),
-                         j(2, 2)}};
+            rows_[k] = {{bodies.props[k].inverse_mass, j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2), j(2, 2), 0.0, x.x(), x.y(),
+                         x.z()}};
         }
     }
 }
@@ -376,6 +376,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
                        .before = extrapolated_.data(),
                        .along = along,
                        .share = share_of_step,
+                       .rows = rows_.data(),
                        .velocity = velocity.front().v.data(),
                        .activity = activity_.data()});
     };
@@ -397,6 +398,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
         raise_to(worst, sweep_batches({.batches = batches.data() + first,
                                        .batch_count = last - first,
                                        .points = points.data(),
+                                       .rows = rows_.data(),
                                        .velocity = velocity.front().v.data(),
                                        .activity = activity_.data(),
                                        .skip = skip,

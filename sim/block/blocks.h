@@ -202,6 +202,9 @@ public:
         }
     }
 
+    /// [body_count] of the bodies in blocks, as the interval begins.
+    std::span<const BodyRows> rows() const { return rows_; }
+
     /// Before the first sweep of a solve: all blocks are to be solved again.
     void wake();
 

@@ -1,7 +1,6 @@
 /// Impulses of batches extrapolated beyond a sweep, eight blocks at a time; see extrapolation.h.
 /// Compiled once for each instruction set; KERNEL names it.
-#include "sim/base/lanes.h"
-#include "sim/block/batch.h"
+#include "sim/block/lane_twist.h"
 
 namespace sim {
 namespace {
@@ -59,17 +58,15 @@ LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, const BlockB
         force = force + added;
         moment = moment + Real3{added.z * y, -(added.z * x), x * added.y - y * added.x};
     }
-    const Real3 t1 = load3(batch.frame);
-    const Real3 t2 = load3(batch.frame + 3);
-    const Real3 n = load3(batch.frame + 6);
-    const Real3 p = force.x * t1 + force.y * t2 + force.z * n;
-    const Real3 l = moment.x * t1 + moment.y * t2 + moment.z * n;
+    const Frame f = frame_of(batch);
+    const Real3 p = f.world(force);
+    const Real3 l = f.world(moment);
     const Real3 r_a = load3(batch.r_a);
     const Real3 r_b = load3(batch.r_b);
-    const Push push_a(batch.inverse_mass_a, batch.inverse_inertia_a, r_a, p, l);
-    const Push push_b(batch.inverse_mass_b, batch.inverse_inertia_b, r_b, -p, -l);
-    push_bodies(work.velocity, batch.a, batch.moves_a, push_a);
-    push_bodies(work.velocity, batch.b, batch.moves_b, push_b);
+    const Push push_a(work.rows, batch.a, r_a, p, l);
+    const Push push_b(work.rows, batch.b, r_b, -p, -l);
+    add_push(work.velocity, batch.a, batch.moves_a, push_a);
+    add_push(work.velocity, batch.b, batch.moves_b, push_b);
     add_activity(work.activity, batch.a, batch.moves_a, push_a, r_a);
     add_activity(work.activity, batch.b, batch.moves_b, push_b, r_b);
 }

@@ -33,7 +33,7 @@ void Blocks::find_islands() {
         }
         return body;
     };
-    const auto is_dynamic = [&](int body) { return rows_[static_cast<std::size_t>(body)].x[3] > 0.0; };
+    const auto is_dynamic = [&](int body) { return rows_[static_cast<std::size_t>(body)].x[0] > 0.0; };
     for (const Block& block : blocks) {
         if (block.count > 0 && is_dynamic(block.a) && is_dynamic(block.b)) {
             const int a = root_of(block.a);

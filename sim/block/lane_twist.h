@@ -1,5 +1,5 @@
 #pragma once
-/// The frames of eight blocks, and the relative twists of their bodies. Included by kernels only.
+/// The frames of eight blocks, the relative twists of their bodies, and the wrenches that these get. Included by kernels only.
 #include "sim/base/lanes.h"
 #include "sim/block/batch.h"
 
@@ -10,10 +10,13 @@ namespace {
 struct Frame {
     Real3 t1, t2, n;
     LANES_INLINE Real3 world(const Real& x, const Real& y) const { return x * t1 + y * t2; }
+    LANES_INLINE Real3 world(const Real3& v) const { return world(v.x, v.y) + v.z * n; }
 };
 
 LANES_INLINE Frame frame_of(const BlockBatch& batch) {
-    return {load3(batch.frame), load3(batch.frame + 3), load3(batch.frame + 6)};
+    const Real3 t1 = load3(batch.t1);
+    const Real3 n = load3(batch.n);
+    return {t1, cross(n, t1), n};
 }
 
 /// Relative twist of the bodies of a block, in its frame: u_1 u_2 u_n, w_1 w_2 w_n.
@@ -29,14 +32,46 @@ struct Twist {
 LANES_INLINE Twist twist_of(const double* velocity, const BlockBatch& batch, const Frame& f) {
     Real a[8];
     Real b[8];
-    gather(velocity, batch.a, a);
-    gather(velocity, batch.b, b);
+    gather<8>(velocity, batch.a, a);
+    gather<8>(velocity, batch.b, b);
     const Real3 w_a{a[3], a[4], a[5]};
     const Real3 w_b{b[3], b[4], b[5]};
     const Real3 v = Real3{a[0], a[1], a[2]} + cross(w_a, load3(batch.r_a)) -
                     (Real3{b[0], b[1], b[2]} + cross(w_b, load3(batch.r_b)));
     return {{dot(f.t1, v), dot(f.t2, v), dot(f.n, v)},
             {dot(f.t1, w_a - w_b), dot(f.t2, w_a - w_b), dot(f.n, w_a - w_b)}};
+}
+
+/// What a wrench does to the velocities of a body of each lane. rows: as the interval begins; p, moment: impulse [N s] at
+/// r [m] from its centre, and moment about that point [N m s].
+struct Push {
+    Real3 dv, dw;
+    LANES_INLINE Push(const BodyRows* rows, const int* body, const Real3& r, const Real3& p, const Real3& moment) {
+        Real m[8];
+        gather<16>(rows->x, body, m);
+        dv = m[0] * p;
+        dw = Sym3{m[1], m[2], m[3], m[4], m[5], m[6]} * (cross(r, p) + moment);
+    }
+};
+
+/// Adds it to the velocities (rows as in BatchSweep) of the bodies in the lanes `moves`.
+LANES_INLINE void add_push(double* velocity, const int* body, unsigned moves, const Push& push) {
+    const Real zero = real(0.0);
+    Real rows[8] = {push.dv.x, push.dv.y, push.dv.z, push.dw.x, push.dw.y, push.dw.z, zero, zero};
+    transpose(rows);
+    for (int l = 0; l < lane_count; ++l) {
+        if ((moves >> l & 1u) != 0) {
+            double* row = velocity + 8 * body[l];
+            store(row, load(row) + rows[l]);
+        }
+    }
+}
+
+/// Gives both bodies of the blocks a wrench: a impulse p [N s] and moment [N m s] about the block's centre, b the opposite.
+LANES_INLINE void push_bodies(const BodyRows* rows, double* velocity, const BlockBatch& batch, const Real3& p,
+                              const Real3& moment) {
+    add_push(velocity, batch.a, batch.moves_a, Push(rows, batch.a, load3(batch.r_a), p, moment));
+    add_push(velocity, batch.b, batch.moves_b, Push(rows, batch.b, load3(batch.r_b), -p, -moment));
 }
 
 } // namespace

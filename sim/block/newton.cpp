@@ -20,7 +20,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 Mat3 inverse_inertia_of(const BodyRows& row) {
     Mat3 j;
-    j << row.x[4], row.x[5], row.x[6], row.x[5], row.x[7], row.x[8], row.x[6], row.x[8], row.x[9];
+    j << row.x[1], row.x[2], row.x[3], row.x[2], row.x[4], row.x[5], row.x[3], row.x[5], row.x[6];
     return j;
 }
 
@@ -213,7 +213,7 @@ void IslandNewton::assemble(const Blocks& loop, std::span<const BodyRows> rows, 
     for (const int body : island.bodies) {
         const BodyRows& row = rows[static_cast<std::size_t>(body)];
         Matrix6& mass = diagonal[static_cast<std::size_t>(place_[static_cast<std::size_t>(body)])];
-        mass.topLeftCorner<3, 3>() = Mat3::Identity() / row.x[3];
+        mass.topLeftCorner<3, 3>() = Mat3::Identity() / row.x[0];
         mass.bottomRightCorner<3, 3>() = inverse_inertia_of(row).inverse();
     }
     entries_.clear();
@@ -326,7 +326,7 @@ void IslandNewton::give_back(Blocks& loop, const Active& active, std::span<const
     const Vec3 l = frame.frame * wrench.tail<3>();
     const auto push = [&](int body, const Vec3& r, double sign) {
         const auto i = static_cast<std::size_t>(body);
-        velocity[i].v += sign * rows[i].x[3] * p;
+        velocity[i].v += sign * rows[i].x[0] * p;
         velocity[i].w += sign * (inverse_inertia_of(rows[i]) * (r.cross(p) + l));
     };
     push(block.a, frame.r_a, 1.0);
@@ -337,7 +337,7 @@ void IslandNewton::step(Blocks& loop, const Island& island, std::span<const Body
     active_.clear();
     rows_.clear();
     place_.resize(rows.size(), -1);
-    const auto inverse_mass = [&](int body) { return rows[static_cast<std::size_t>(body)].x[3]; };
+    const auto inverse_mass = [&](int body) { return rows[static_cast<std::size_t>(body)].x[0]; };
     const double least = inverse_mass(*std::ranges::min_element(island.bodies, {}, inverse_mass));
     for (const int i : island.blocks) {
         const Block& block = loop.blocks[static_cast<std::size_t>(i)];

@@ -18,21 +18,9 @@ LANES_INLINE Real3 tangent_of(const Real3& n) {
     return (1.0 / sqrt(dot(t, t))) * t;
 }
 
-/// a, b: rows of the bodies. In lanes that are not there nothing moves, and the equations have a solution.
-LANES_INLINE void set_masses(BlockBatch& batch, Mask there, const Real* a, const Real* b) {
-    const Real zero = real(0.0);
-    const Real one = real(1.0);
-    store(batch.inverse_mass_a, select(there, a[3], one));
-    store(batch.inverse_mass_b, select(there, b[3], zero));
-    for (int i = 0; i < 6; ++i) {
-        const bool diagonal = i == 0 || i == 3 || i == 5;
-        store(batch.inverse_inertia_a[i], select(there, a[4 + i], diagonal ? one : zero));
-        store(batch.inverse_inertia_b[i], select(there, b[4 + i], zero));
-    }
-}
-
-/// Masses, centre, frame and points of the blocks of a batch.
-LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, BatchPoint* points) {
+/// Centre, frame and points of the blocks of a batch, whose bodies have the rows a and b.
+LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, BatchPoint* points, const Real* a,
+                        const Real* b) {
     const Real zero = real(0.0);
     Real3 on_a[block_size];
     Real gap[block_size];
@@ -61,23 +49,17 @@ LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, 
         nearest_gap = select(nearer, gap[k], nearest_gap);
         nearest = select(nearer, on_a[k], nearest);
     }
-    Real a[16];
-    Real b[16];
-    gather_two(preparation.rows->x, batch.a, a);
-    gather_two(preparation.rows->x, batch.b, b);
     const Real3 centre = mean + dot(n, nearest - mean) * n;
-    store3(batch.r_a, centre - Real3{a[0], a[1], a[2]});
-    store3(batch.r_b, centre - nearest_gap * n - Real3{b[0], b[1], b[2]});
+    store3(batch.r_a, centre - Real3{a[8], a[9], a[10]});
+    store3(batch.r_b, centre - nearest_gap * n - Real3{b[8], b[9], b[10]});
     store(batch.nearest_gap, nearest_gap);
     const Real3 t1 = tangent_of(n);
     const Real3 t2 = cross(n, t1);
-    store3(batch.frame, t1);
-    store3(batch.frame + 3, t2);
-    store3(batch.frame + 6, n);
+    store3(batch.t1, t1);
+    store3(batch.n, n);
     const Twist before = twist_of(preparation.velocity, batch, {t1, t2, n});
     store3(batch.before, {before.u.x, before.u.y, before.w.z});
-    set_masses(batch, lanes_of(points[0].there), a, b);
-    store(batch.sticking, zero);
+    batch.sticking = 0;
     store(batch.node_weight, real(1.0));
     for (int k = 0; k < batch.count; ++k) {
         BatchPoint& point = points[k];
@@ -94,9 +76,10 @@ LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, 
     }
 }
 
-/// Adds a body's share to the lower triangle of a response. inertia: inverse, world; r: arm, world.
-LANES_INLINE void add_body(const Real3 frame[3], const Real& inverse_mass, const Sym3& inertia, const Real3& r,
-                           Real* response) {
+/// Adds a body's share to the lower triangle of a response. row: of the body; r: arm, world.
+LANES_INLINE void add_body(const Real3 frame[3], const Real* row, const Real3& r, Real* response) {
+    const Real& inverse_mass = row[0];
+    const Sym3 inertia{row[1], row[2], row[3], row[4], row[5], row[6]};
     Real j[3][3]; // inverse inertia in the block's frame
     for (int k = 0; k < 3; ++k) {
         const Real3 column = inertia * frame[k];
@@ -146,18 +129,25 @@ LANES_INLINE Real largest_eigenvalue(const Real* w, const Real& x, const Real& y
 void KERNEL(const BatchPreparation& preparation) {
     for (std::size_t i = 0; i < preparation.batch_count; ++i) {
         BlockBatch& batch = preparation.batches[i];
-        if (preparation.at != nullptr) {
-            place(preparation, batch, preparation.points + batch.first);
-        }
-        const Real3 frame[3] = {load3(batch.frame), load3(batch.frame + 3), load3(batch.frame + 6)};
+        Real a[16];
+        Real b[16];
+        gather_two(preparation.rows->x, batch.a, a);
+        gather_two(preparation.rows->x, batch.b, b);
+        place(preparation, batch, preparation.points + batch.first, a, b);
+        const Frame f = frame_of(batch);
+        const Real3 frame[3] = {f.t1, f.t2, f.n};
         Real response[21];
         for (Real& value : response) {
             value = real(0.0);
         }
-        add_body(frame, load(batch.inverse_mass_a), load_sym(batch.inverse_inertia_a), load3(batch.r_a), response);
-        add_body(frame, load(batch.inverse_mass_b), load_sym(batch.inverse_inertia_b), load3(batch.r_b), response);
-        for (int k = 0; k < 21; ++k) {
-            store(batch.response[k], response[k]);
+        add_body(frame, a, load3(batch.r_a), response);
+        add_body(frame, b, load3(batch.r_b), response);
+        // In lanes that are not there the equations have a solution, too.
+        const Mask there = lanes_of(preparation.points[batch.first].there);
+        for (int row = 0; row < 6; ++row) {
+            for (int k = 0; k <= row; ++k) {
+                store(batch.response[at(row, k)], select(there, response[at(row, k)], real(row == k ? 1.0 : 0.0)));
+            }
         }
         // Points that are not there lie at the centre, where K_tt, convex in the place, is not the largest.
         Real k_t = real(0.0);

@@ -411,7 +411,7 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_
     const Real one = real(1.0);
     const Real mu = load(batch.mu);
     const Real weight = load(batch.node_weight);
-    const Mask marked = load(batch.sticking) > 0.5;
+    const Mask marked = lanes_of(batch.sticking);
     const Real per_k_load = 1.0 / select(slides, load(batch.k_t) * sum, one);
     const Real3 start = load3(batch.before);
     for (int k = 0; k < N; ++k) {

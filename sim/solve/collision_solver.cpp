@@ -266,7 +266,7 @@ void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pa
                                 middle.cast<float>(),
                                 contact->at.n.cast<float>(),
                                 (frame.frame * impulse).cast<float>(),
-                                batch.sticking.x[lane] > 0.5});
+                                (batch.sticking >> lane & 1u) != 0});
         }
     }
 }

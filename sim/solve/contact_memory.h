@@ -14,7 +14,6 @@ struct ContactMemory {
     double force_share = 1.0;    ///< [-] of them that was a force; the rest answered an impact
     double last_interval = 0.0;  ///< [s] moved since; 0: they lack nothing (new, or after an impact)
     double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
-    Vec3 sliding = Vec3::Zero(); ///< mean sliding velocity of the step [m/s], world
     double energy_taken = 0.0;   ///< [J] taken away with approach_speed
 
     double interval() const { return std::abs(signed_interval); }

@@ -170,7 +170,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         }
         bool converged = false;
         report.iterations += iterate(left, converged);
-        for (int round = 0; round < most_rounds && converged && contacts_.update_marks(pairs, to_.velocity); ++round) {
+        for (int round = 0; round < most_rounds && converged && contacts_.update_marks(bodies, pairs, to_.velocity); ++round) {
             report.iterations +=
                 iterate(std::max(settings_.iteration_limit - report.iterations, 1), converged);
         }

@@ -8,29 +8,34 @@ namespace sim {
 void RestingContacts::set_mark(Block& block, bool sticks) {
     BlockBatch& batch = loop.batch_of(block);
     const std::size_t lane = Blocks::lane_of(block);
-    batch.sticking.x[lane] = sticks ? 1.0 : 0.0;
+    batch.sticking = (batch.sticking & ~(1u << lane)) | static_cast<unsigned>(sticks) << lane;
     batch.mu.x[lane] = sticks ? block.mu_s : block.mu_d;
 }
 
-bool RestingContacts::update_marks(const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity) {
+bool RestingContacts::update_marks(const Bodies& bodies, const std::vector<PairContacts>& pairs,
+                                   std::span<const Velocity> velocity) {
     bool changed = false;
     for (std::size_t i = 0; has_two_coefficients_ && i < loop.blocks.size(); ++i) {
         Block& block = loop.blocks[i];
-        changed = (block.count > 0 && block.mu_d != block.mu_s && update_mark(pairs, block, velocity)) || changed;
+        if (block.count > 0 && block.mu_d != block.mu_s) {
+            changed = update_mark(bodies, pairs[static_cast<std::size_t>(block.pair)], block, velocity) || changed;
+        }
     }
     return changed;
 }
 
 /// A marked block that is at its limit and slips loses its mark; a sliding one that the step would reverse has stopped
 /// within it, and sticks if static friction can hold it.
-bool RestingContacts::update_mark(const std::vector<PairContacts>& pairs, Block& block,
+bool RestingContacts::update_mark(const Bodies& bodies, const PairContacts& pair, Block& block,
                                   std::span<const Velocity> velocity) {
     const double slip_tolerance = rules_.slip_tolerance / rules_.h;
     const BlockBatch& batch = loop.batch_of(block);
     const std::size_t lane = Blocks::lane_of(block);
     const LaneFrame frame(batch, lane);
     const Vec6 twist = frame.relative_twist(velocity);
-    const bool is_sticking = batch.sticking.x[lane] > 0.5;
+    const Vec6 before = frame.relative_twist(bodies.velocity);
+    const bool is_sticking = (batch.sticking >> lane & 1u) != 0;
+    const Vec2 fall = frame.frame.leftCols<2>().transpose() * relative_gravity(bodies, pair.manifold, settings_);
     bool slips = false;
     bool at_limit = false;
     double reversal = 0.0;
@@ -44,9 +49,10 @@ bool RestingContacts::update_mark(const std::vector<PairContacts>& pairs, Block&
         const Vec2 slip = point.tangential_velocity(twist) - target;
         slips = slips || slip.norm() > slip_tolerance;
         at_limit = at_limit || point.p_t.norm() >= rules_.limit * block.mu_s * point.p_n;
-        const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first + k)];
-        const Vec3& sliding = pairs[static_cast<std::size_t>(block.pair)].memory_of(contact).sliding;
-        reversal += point.p_n * slip.dot(frame.frame.leftCols<2>().transpose() * sliding);
+        const ContactMemory& memory = pair.memory_of(*loop.contacts[static_cast<std::size_t>(block.first + k)]);
+        if (!memory.is_sticking()) {
+            reversal += point.p_n * slip.dot(point.tangential_velocity(before) - 0.5 * memory.last_interval * fall);
+        }
     }
     const bool lost = is_sticking && slips && at_limit;
     const bool stopped = !is_sticking && slips && reversal < 0.0;
@@ -58,7 +64,8 @@ bool RestingContacts::update_mark(const std::vector<PairContacts>& pairs, Block&
 
 /// Does the impulse of one of the block's contacts exceed by far what its force of the last step, or a weight, would give?
 bool RestingContacts::grows(const BlockBatch& batch, std::size_t lane) const {
-    const double lightest = std::max(batch.inverse_mass_a.x[lane], batch.inverse_mass_b.x[lane]);
+    const auto inverse_mass = [&](int body) { return loop.rows()[static_cast<std::size_t>(body)].x[0]; };
+    const double lightest = std::max(inverse_mass(batch.a[lane]), inverse_mass(batch.b[lane]));
     const double weight = rules_.weight * impulse_interval(batch.node_weight.x[lane], rules_.h) / lightest;
     bool found = false;
     for (int k = batch.first; k < batch.first + batch.count && !found; ++k) {
@@ -165,12 +172,12 @@ DriveWork RestingContacts::work_by(std::span<const Velocity> velocity) const {
         for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
             const BatchPoint& in_lanes = loop.points_of(batch)[k];
             const LanePoint point(in_lanes, lane);
-            const double force_share = rest_points[static_cast<std::size_t>(batch.first) + k].force_share.x[lane];
+            const double load = rest_points[static_cast<std::size_t>(batch.first) + k].load.x[lane];
             const double work =
                 -(point.p_n * point.normal_velocity(twist) + point.p_t.dot(point.tangential_velocity(twist)));
             const bool is_ahead = (in_lanes.ahead >> lane & 1u) != 0;
             sum.all += work;
-            sum.ahead += is_ahead ? work : (1.0 - batch.node_weight.x[lane] * force_share) * work;
+            sum.ahead += is_ahead || point.p_n == 0.0 ? work : (1.0 - batch.node_weight.x[lane] * (load / point.p_n)) * work;
         }
     }
     return sum;

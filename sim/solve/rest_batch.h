@@ -8,9 +8,8 @@ namespace sim {
 
 /// Point k of each block of a batch, beside its BatchPoint.
 struct RestPoint {
-    Lanes gap_target;  ///< [m] at t0 + h
-    Lanes load;        ///< [N s] that the force of the last step would give in this interval
-    Lanes force_share; ///< [-] of its impulse that is a force, once stored; the rest answers an impact
+    Lanes gap_target; ///< [m] at t0 + h
+    Lanes load; ///< [N s] that the force of the last step would give in this interval; once stored, how much of p_n is a force
 };
 
 /// A batch, beside its BlockBatch.
@@ -63,7 +62,8 @@ struct RestWork {
     RestBlock* blocks = nullptr; ///< [batch_count]
     BatchPoint* points = nullptr; ///< all of them
     RestPoint* rest = nullptr;
-    const BodyRows* end = nullptr;     ///< [body_count]
+    const BodyRows* begin = nullptr;   ///< [body_count] as the interval begins
+    const BodyRows* end = nullptr;     ///< as predicted at its end
     const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain_work` without its share
     double* velocity = nullptr;        ///< that impulses act on
     double* at_node = nullptr;         ///< to store: velocities at t0, which get what acts before it

@@ -112,7 +112,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         approaches |= here & (u_n < 0.0);
         sticks |= (warm & memory.sticks) | (here & is_new & ~ahead & slow);
     }
-    store(batch.sticking, flag(sticks));
+    batch.sticking = bits_of(sticks);
     block.fresh = bits_of(approaches & ~touched);
 }
 
@@ -125,7 +125,8 @@ LANES_INLINE Real uncertain_share(const RestRules& rules, const Real& p_n, const
 
 /// Gives the bodies share_of(k) [-] of the impulses of each point k.
 template <typename Share>
-LANES_INLINE void apply(double* velocity, const BlockBatch& batch, const BatchPoint* points, Share&& share_of) {
+LANES_INLINE void apply(const BodyRows* rows, double* velocity, const BlockBatch& batch, const BatchPoint* points,
+                        Share&& share_of) {
     const Real zero = real(0.0);
     Real3 force{zero, zero, zero};
     Real3 turning{zero, zero, zero};
@@ -140,12 +141,7 @@ LANES_INLINE void apply(double* velocity, const BlockBatch& batch, const BatchPo
         turning = turning + Real3{p_n * y, -(p_n * x), x * p_2 - y * p_1};
     }
     const Frame f = frame_of(batch);
-    const Real3 p = f.world(force.x, force.y) + force.z * f.n;
-    const Real3 moment = f.world(turning.x, turning.y) + turning.z * f.n;
-    push_bodies(velocity, batch.a, batch.moves_a,
-                Push(batch.inverse_mass_a, batch.inverse_inertia_a, load3(batch.r_a), p, moment));
-    push_bodies(velocity, batch.b, batch.moves_b,
-                Push(batch.inverse_mass_b, batch.inverse_inertia_b, load3(batch.r_b), -p, -moment));
+    push_bodies(rows, velocity, batch, f.world(force), f.world(turning));
 }
 
 /// Of the uncertain share of the impulses with what the points part faster by than their targets [J].
@@ -295,11 +291,11 @@ LANES_INLINE Mask loses_mark(const RestRules& rules, const BlockBatch& batch, co
 }
 
 /// Writes eight columns as rows, those of `lanes`.
-LANES_INLINE void scatter_rows(double* const* to, int offset, unsigned lanes, Real rows[8]) {
+LANES_INLINE void scatter_rows(double* const* to, unsigned lanes, Real rows[8]) {
     transpose(rows);
     for (int l = 0; l < lane_count; ++l) {
         if ((lanes >> l & 1u) != 0) {
-            store_anywhere(to[l] + offset, rows[l]);
+            store_anywhere(to[l], rows[l]);
         }
     }
 }
@@ -316,10 +312,14 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
     Mask at_limit;
     const Mask lost = loses_mark(rules, batch, points, twist, at_limit);
     const Mask has_friction = load(batch.mu) > 0.0;
-    const Mask keeps = has_friction & (((load(batch.sticking) > 0.5) & ~lost) | ~at_limit);
+    const Mask keeps = has_friction & (((lanes_of(batch.sticking)) & ~lost) | ~at_limit);
     const Real interval = impulse_interval(load(batch.node_weight), h);
     const Real3 g{real(rules.gravity[0]), real(rules.gravity[1]), real(rules.gravity[2])};
-    const Real weight = sqrt(dot(g, g)) * interval / max(load(batch.inverse_mass_a), load(batch.inverse_mass_b));
+    Real a[8];
+    Real b[8];
+    gather<16>(work.begin->x, batch.a, a);
+    gather<16>(work.begin->x, batch.b, b);
+    const Real weight = sqrt(dot(g, g)) * interval / max(a[0], b[0]);
     const Mask hit = lanes_of(block.hit);
     const Twist before = twist_of(work.before, batch, f);
     const Real fall = fall_of(rules, batch, f.n);
@@ -335,7 +335,7 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
         const Real force = max(load(r.load), weight);
         const Mask answers = hit & (p_n > force);
         const Real force_share = select(answers, force / select(answers, p_n, one), one);
-        store(r.force_share, force_share);
+        store(r.load, select(answers, force, p_n));
         const Real u_n = twist.normal(x, y);
         const Real u_1 = twist.tangential1(y);
         const Real u_2 = twist.tangential2(x);
@@ -346,8 +346,6 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
                            0.5 * (p_1 * (before.tangential1(y) + u_1) + p_2 * (before.tangential2(x) + u_2));
         const Real3 p_t = f.world(p_1, p_2);
         const Mask sticks = loaded & keeps;
-        const Real3 slip = f.world(u_1 - load(points[k].u_t_target[0]), u_2 - load(points[k].u_t_target[1]));
-        const Real3 sliding = select(has_friction & ~sticks, slip, Real3{zero, zero, zero});
         const Memory memory(work.memory + lane_count * k);
         // That it would touch with, without impulses [m/s].
         const Real approach = max(-u_n_before, zero);
@@ -361,10 +359,14 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
                          force_share,
                          select(loaded & ~ahead, real(h), zero),
                          select(impact, touch_speed, zero)};
-        Real second[8] = {first[4],  first[5],  first[6],  first[7],
-                          sliding.x, sliding.y, sliding.z, select(impact, taken, zero)};
-        scatter_rows(work.memory + lane_count * k, 0, points[k].there, first);
-        scatter_rows(work.memory + lane_count * k, 4, points[k].there, second);
+        scatter_rows(work.memory + lane_count * k, points[k].there, first);
+        Lanes energy_taken;
+        store(energy_taken, select(impact, taken, zero));
+        for (int l = 0; l < lane_count; ++l) {
+            if ((points[k].there >> l & 1u) != 0) {
+                work.memory[lane_count * k + l][8] = energy_taken.x[l];
+            }
+        }
     }
 }
 
@@ -379,9 +381,9 @@ double KERNEL(const RestWork& work) {
         RestPoint* rest = work.rest + batch.first;
         if (work.phase == RestPhase::start) {
             start(work, batch, block, points, rest);
-            apply(work.velocity, batch, points, [](int) { return real(1.0); });
+            apply(work.begin, work.velocity, batch, points, [](int) { return real(1.0); });
         } else if (work.phase == RestPhase::uncertain) {
-            apply(work.velocity, batch, points,
+            apply(work.begin, work.velocity, batch, points,
                   [&](int k) { return uncertain_share(*work.rules, load(points[k].p_n), rest[k]); });
         } else if (work.phase == RestPhase::uncertain_work) {
             work.parts[i] = uncertain_work(work, batch, points, rest);
@@ -389,9 +391,10 @@ double KERNEL(const RestWork& work) {
             scale(work, batch, points, rest);
         } else if (work.phase == RestPhase::store) {
             store_impulses(work, batch, block, points, rest);
-            apply(work.at_node, batch, points, [&](int k) {
-                const Mask acts = (load(points[k].p_n) > 0.0) & ~lanes_of(points[k].ahead);
-                return select(acts, load(batch.node_weight) * load(rest[k].force_share), real(0.0));
+            apply(work.begin, work.at_node, batch, points, [&](int k) {
+                const Real p_n = load(points[k].p_n);
+                const Mask acts = (p_n > 0.0) & ~lanes_of(points[k].ahead);
+                return select(acts, load(batch.node_weight) * (load(rest[k].load) / select(acts, p_n, real(1.0))), real(0.0));
             });
         } else {
             Lanes errors;

@@ -9,8 +9,8 @@
 namespace sim {
 namespace {
 
-static_assert(offsetof(ContactMemory, p_n) == 0 && offsetof(ContactMemory, sliding) == 8 * sizeof(double) &&
-                  sizeof(ContactMemory) == 12 * sizeof(double),
+static_assert(offsetof(ContactMemory, p_n) == 0 && offsetof(ContactMemory, energy_taken) == 8 * sizeof(double) &&
+                  sizeof(ContactMemory) == 9 * sizeof(double),
               "rest_kernel.cpp reads and writes them by their places");
 
 /// What stands for a contact in lanes that have none.
@@ -149,7 +149,7 @@ void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pai
     loop.share_colours(start_some, first_batch);
     for (std::size_t i = first_block; has_two_coefficients_ && i < loop.blocks.size(); ++i) {
         Block& block = loop.blocks[i];
-        set_mark(block, loop.batch_of(block).sticking.x[Blocks::lane_of(block)] > 0.5);
+        set_mark(block, (loop.batch_of(block).sticking >> Blocks::lane_of(block) & 1u) != 0);
     }
 }
 
@@ -257,6 +257,7 @@ RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_
             .blocks = rest_blocks.data() + first,
             .points = loop.points.data(),
             .rest = rest_points.data(),
+            .begin = loop.rows().data(),
             .end = end_,
             .before = before_,
             .velocity = velocity.empty() ? nullptr : velocity.front().v.data(),

@@ -43,7 +43,7 @@ public:
     void scale_uncertain(double kept);
 
     /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
-    bool update_marks(const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);
+    bool update_marks(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);
 
     /// Stores impulses and marks in the pairs' memory, and gives the bodies at t0 what acts before it of the impulses.
     void store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity, std::span<Velocity> at_node);
@@ -66,7 +66,7 @@ private:
     void find_late_impacts(const std::vector<PairContacts>& pairs, std::size_t first_block,
                            std::span<const Velocity> at_node);
     void set_mark(Block& block, bool sticks);
-    bool update_mark(const std::vector<PairContacts>& pairs, Block& block, std::span<const Velocity> velocity);
+    bool update_mark(const Bodies& bodies, const PairContacts& pair, Block& block, std::span<const Velocity> velocity);
     bool grows(const BlockBatch& batch, std::size_t lane) const;
     bool is_hit(std::size_t i, std::size_t lane) const;
     void find_hit_bodies(const Bodies& bodies);
