@@ -17,6 +17,9 @@ inline constexpr int block_size = 9;
 /// Target [m/s] of a point that is not there: its velocity is always far above it.
 inline constexpr double no_point = -1e300;
 
+/// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
+inline constexpr double collinear = 1e-7;
+
 /// Two rows of 64 bytes of a body. As the interval begins: inverse mass [1/kg] and inverse inertia tensor [1/(kg m^2)]
 /// (xx xy xz yy yz zz); position in the second. As predicted at its end: rotation since then (row by row), position.
 struct alignas(64) BodyRows {

@@ -13,9 +13,6 @@ namespace {
 /// Solutions with one factorisation: each leaves about compliance n^2 of the error of a tower of n.
 constexpr int refinements = 4;
 
-/// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
-constexpr double line_share = 1e-7;
-
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 Mat3 inverse_inertia_of(const BodyRows& row) {
@@ -91,7 +88,7 @@ void IslandNewton::add_normal_rows(const Blocks& loop, Active& active, const Vec
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
     const double extent = active.count * active.centre.squaredNorm() + spread.trace();
     for (int k = 1; k >= 0; --k) { // the longer first
-        if (axes.eigenvalues()[k] <= line_share * extent) {
+        if (axes.eigenvalues()[k] <= collinear * extent) {
             break;
         }
         const int place = active.normal_rows - 1;
@@ -138,7 +135,7 @@ void IslandNewton::add_friction_rows(const Blocks& loop, Active& active, const V
     row.missing = slip.y();
     rows_.push_back(row);
     active.friction_rows = 2;
-    if (active.turning > line_share * (active.load * active.pressure.squaredNorm() + active.turning)) {
+    if (active.turning > collinear * (active.load * active.pressure.squaredNorm() + active.turning)) {
         row.twist << 0.0, 0.0, 0.0, 0.0, 0.0, 1.0;
         row.missing = turn / active.turning;
         rows_.push_back(row);

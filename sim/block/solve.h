@@ -7,16 +7,12 @@ namespace sim {
 namespace {
 
 /// Rounds of the search for the set of loaded points, beside one a point; lanes that have not come to an end then, or
-/// come back to the set of two rounds before, are iterated.
-constexpr int set_rounds = 4;
-/// Rounds of the point-by-point loop in such lanes.
-constexpr int fallback_rounds = 5;
+/// come back to the set of two rounds before, are iterated point by point, as many rounds.
+constexpr int set_rounds = 5;
 /// Velocities this share [-] of their terms below the target are at it.
 constexpr double rounding = 1e-12;
 /// Targets that a rigid motion misses by no more than this share [-] of the velocities asked for are consistent.
 constexpr double inconsistent = 1e-10;
-/// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
-constexpr double collinear = 1e-7;
 constexpr double infinity = __builtin_inf();
 
 /// A batch while it is solved.
@@ -187,7 +183,7 @@ LANES_INLINE void Visit<N>::iterate_normals(const Sym3& wn, Mask open, const Rea
         const Real3 row{one, y[k], -x[k]};
         per_response[k] = 1.0 / dot(row, wn * row);
     }
-    for (int round = 0; round < fallback_rounds; ++round) {
+    for (int round = 0; round < set_rounds; ++round) {
         for (int k = 0; k < N; ++k) {
             const Real3 row{one, y[k], -x[k]};
             const Real3 response = wn * row;

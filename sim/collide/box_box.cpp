@@ -187,14 +187,16 @@ struct ReferenceFace {
     Vec3 offset;       ///< of the incident box in the frame of the reference box [m]
     int axis;
     double outward;    ///< sign of its normal, towards the incident box
+    Vec3 normal;       ///< world
+    Vec3 direction;    ///< the same in the frame of the body
 
     ReferenceFace(const Frames& f, bool of_a, const AxisChoice& choice)
         : reference(of_a ? f.a : f.b), incident(of_a ? f.b : f.a), axes(of_a ? f.axes_a : f.axes_b), is_a(of_a),
           rotation(of_a ? f.rotation : Mat3(f.rotation.transpose())),
           offset(axes.transpose() * (incident.world_from_box.position - reference.world_from_box.position)),
-          axis(choice.index), outward(of_a ? -choice.side : choice.side) {}
+          axis(choice.index), outward(of_a ? -choice.side : choice.side), normal(axes.col(axis) * outward),
+          direction(reference.body_from_box.orientation * Vec3(outward * Vec3::Unit(axis))) {}
 
-    Vec3 normal() const { return Vec3(axes.col(axis) * outward); }
     void add_contact(const ClipPoint& p, std::uint64_t face_id, const ContactList& to) const;
     void add_contacts(const ContactList& to) const;
 };
@@ -217,11 +219,11 @@ void ReferenceFace::add_contact(const ClipPoint& p, std::uint64_t face_id, const
     const Vec3 core_incident = in_body(incident, on_incident);
     feature.core_a = is_a ? core_reference : core_incident;
     feature.core_b = is_a ? core_incident : core_reference;
-    (is_a ? feature.direction_a : feature.direction_b) = reference.body_from_box.orientation * Vec3(outward * Vec3::Unit(axis));
+    (is_a ? feature.direction_a : feature.direction_b) = direction;
     const Vec3 world_face = reference.world_from_box.position + axes * on_face;
     contact.at.gap = gap;
-    contact.at.n = is_a ? Vec3(-normal()) : normal();
-    contact.at.a = is_a ? world_face : Vec3(world_face + gap * normal());
+    contact.at.n = is_a ? Vec3(-normal) : normal;
+    contact.at.a = is_a ? world_face : Vec3(world_face + gap * normal);
 }
 
 /// Its manifold, in the order of the ids.

@@ -82,6 +82,9 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     collides_.resize(pairs.size());
     loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
+            if (pass == 0 && k + prefetched < last) {
+                prefetch(pairs[k + prefetched]);
+            }
             const PairContacts& pair = pairs[k];
             const bool is_changed = pass == 0 || is_changed_[static_cast<std::size_t>(pair.manifold.body_a)] != 0 ||
                                     is_changed_[static_cast<std::size_t>(pair.manifold.body_b)] != 0;

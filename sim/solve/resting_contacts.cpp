@@ -140,8 +140,14 @@ void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pai
     loop.lay_out(bodies, first_block);
     grow(rest_points, loop.points.size());
     grow(rest_blocks, loop.batches.size());
+    const auto pair_of = [&](int block) -> PairContacts& {
+        return pairs[static_cast<std::size_t>(loop.blocks[static_cast<std::size_t>(block)].pair)];
+    };
     const auto start_some = [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
+            for (std::size_t lane = 0; lane < lane_count && i + 1 < last && loop.batches[i + 1].block[lane] >= 0; ++lane) {
+                prefetch(pair_of(loop.batches[i + 1].block[lane]));
+            }
             loop.fill_batch(i, bodies, bodies.velocity);
             start_batch(bodies, pairs, i, to.velocity);
         }

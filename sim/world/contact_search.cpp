@@ -57,6 +57,9 @@ void ContactSearch::find() {
         take_known(first, last, found);
         std::vector<Contact> contacts;
         for (std::size_t i = first; i < last; ++i) {
+            if (i + prefetched < last) {
+                prefetch(found[i + prefetched]);
+            }
             find_contacts_of(near_[i], contacts, found[i]);
         }
     };
