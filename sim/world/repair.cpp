@@ -7,6 +7,21 @@
 #include <algorithm>
 
 namespace sim {
+namespace {
+
+/// Adds those of the contacts `old` whose features are not among the new ones: two that each let the other overlap would take
+/// turns for ever.
+void keep_others(const std::vector<Contact>& old, std::vector<Contact>& contacts) {
+    const auto id_of = [](const Contact& contact) { return contact.feature.id; };
+    for (const Contact& contact : old) {
+        if (std::ranges::find(contacts, contact.feature.id, id_of) == contacts.end()) {
+            contacts.push_back(contact);
+        }
+    }
+    std::ranges::sort(contacts, {}, id_of);
+}
+
+} // namespace
 
 ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Pose& planned_b, const Pose& a, const Pose& b) {
     if (found.feature.kind == FeatureKind::face_a || found.feature.kind == FeatureKind::face_b) {
@@ -77,11 +92,14 @@ bool Repair::repair(std::span<const Velocity> at_node) {
     for (const BodyPair& pair : overlapping_) {
         const std::size_t index = search_.index_of(pair);
         const bool is_known = index < search_.pairs.size();
-        const std::vector<Contact> contacts = contacts_of(pair);
+        std::vector<Contact> contacts = contacts_of(pair);
         if (is_known && contacts.empty()) {
             continue;
         }
         if (is_known) {
+            if (search_.is_repaired(index)) {
+                keep_others(search_.pairs[index].manifold.contacts, contacts);
+            }
             search_.keep(index);
             solver_.drop_contacts(bodies_, search_.pairs, static_cast<int>(index));
         }
