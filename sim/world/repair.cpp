@@ -12,13 +12,13 @@ namespace {
 /// Adds those of the contacts `old` whose features are not among the new ones: two that each let the other overlap would take
 /// turns for ever.
 void keep_others(const std::vector<Contact>& old, std::vector<Contact>& contacts) {
-    const auto id_of = [](const Contact& contact) { return contact.feature.id; };
+    const auto feature_of = [](const Contact& contact) { return contact.feature.id; };
     for (const Contact& contact : old) {
-        if (std::ranges::find(contacts, contact.feature.id, id_of) == contacts.end()) {
+        if (std::ranges::find(contacts, contact.feature.id, feature_of) == contacts.end()) {
             contacts.push_back(contact);
         }
     }
-    std::ranges::sort(contacts, {}, id_of);
+    std::ranges::sort(contacts, {}, feature_of);
 }
 
 } // namespace
