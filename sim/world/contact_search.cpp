@@ -111,14 +111,13 @@ void ContactSearch::find_contacts_of(std::uint32_t near, std::vector<Contact>& c
     } else {
         replace_contacts(pair, contacts, reach_of(candidate.bodies));
     }
-    pair.is_replaced = false;
+    pair.repairs = 0;
     sum_up(pair);
 }
 
 void ContactSearch::keep(std::size_t index) {
-    if (index < sorted_pairs_ && !pairs[index].is_replaced) {
+    if (index < sorted_pairs_ && pairs[index].repairs == 0) {
         replaced_.emplace_back(index, pairs[index]);
-        pairs[index].is_replaced = true;
     }
 }
 
@@ -129,6 +128,7 @@ std::size_t ContactSearch::put(const BodyPair& of, const std::vector<Contact>& c
     }
     PairContacts& pair = pairs[index];
     replace_contacts(pair, contacts, reach_of(of));
+    ++pair.repairs;
     return index;
 }
 

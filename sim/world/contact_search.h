@@ -25,8 +25,6 @@ public:
     void keep(std::size_t index);
     /// Other contacts of a candidate, as repair finds them: into the pair it has, or a new one. Returns its index.
     std::size_t put(const BodyPair& pair, const std::vector<Contact>& contacts);
-    /// Has repair given it contacts?
-    bool is_repaired(std::size_t index) const { return index >= sorted_pairs_ || pairs[index].is_replaced; }
     /// Index of a pair in `pairs`; pairs.size() if it has no contacts.
     std::size_t index_of(const BodyPair& pair) const;
     /// Undoes all of that.

@@ -9,8 +9,11 @@
 namespace sim {
 namespace {
 
-/// Adds those of the contacts `old` whose features are not among the new ones: two that each let the other overlap would take
-/// turns for ever.
+/// After so many repairs of a pair in one solve [-] its features take turns: each lets the other overlap, and they are kept
+/// together. By trial: kept after one, which often only finds what is better, a jam in long steps never ends.
+constexpr int turns = 2;
+
+/// Adds those of the contacts `old` whose features are not among the new ones.
 void keep_others(const std::vector<Contact>& old, std::vector<Contact>& contacts) {
     const auto feature_of = [](const Contact& contact) { return contact.feature.id; };
     for (const Contact& contact : old) {
@@ -97,7 +100,7 @@ bool Repair::repair(std::span<const Velocity> at_node) {
             continue;
         }
         if (is_known) {
-            if (search_.is_repaired(index)) {
+            if (search_.pairs[index].repairs >= turns) {
                 keep_others(search_.pairs[index].manifold.contacts, contacts);
             }
             search_.keep(index);
