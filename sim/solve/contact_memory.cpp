@@ -44,7 +44,7 @@ void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts, 
         }
     }
     pair.memory = std::move(memory);
-    pair.manifold.contacts = std::vector<Contact>(contacts.begin(), contacts.end()); // assigned, they would keep the most room they ever had
+    pair.manifold.contacts = std::vector<Contact>(contacts); // assigned to, it would keep the most room it ever had
     pair.blocks = block_count(contacts);
 }
 

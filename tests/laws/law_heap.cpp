@@ -162,7 +162,7 @@ TEST(law_heap, of_24_cylinders_gains_no_energy_where_impacts_cut_steps_short) {
     judge_heap("24 cylinders", heap_scene(24, {Kind::cylinder}, sim::ImpactHandling::stop), 0.62);
 }
 
-// Features that take turns in repair, each letting the other overlap, would divide more of them: there were 19 divisions.
+// Without features kept together that take turns in repair, each letting the other overlap: 19 divisions.
 TEST(law_heap, steps_of_mixed_shapes_are_seldom_divided) {
     int divisions = 0;
     for (int seed = 1; seed <= 24; ++seed) {
