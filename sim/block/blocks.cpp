@@ -408,6 +408,9 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
     least_change_ = std::min(least_change_, change_);
     if (sweeps_ % plain_sweeps == 0) {
         stalls_ = least_change_ > 0.5 * progress_;
+        if (least_change_ > progress_) {
+            extrapolation_.start();
+        }
         progress_ = std::exchange(least_change_, std::numeric_limits<double>::infinity());
     }
     return change_;

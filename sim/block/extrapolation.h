@@ -1,8 +1,9 @@
 #pragma once
 /// Nesterov's extrapolation of the impulses: when they go on in the direction in which the sweeps of a solve move them, and
 /// how far (Mazhar et al. 2015, "Using Nesterov's method to accelerate multibody dynamics with friction and contact"), begun
-/// anew where it leads back (O'Donoghue & Candes 2015, "Adaptive restart for accelerated gradient schemes"). It serves
-/// islands too dense for newton.h: a high heap needs about as many plain sweeps as the square of its height.
+/// anew where it leads back (O'Donoghue & Candes 2015, "Adaptive restart for accelerated gradient schemes") or has brought
+/// nothing for a while: friction can lead it in circles. It serves islands too dense for newton.h: a high heap needs about as
+/// many plain sweeps as the square of its height.
 
 namespace sim {
 

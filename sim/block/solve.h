@@ -408,10 +408,19 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_
     const Real mu = load(batch.mu);
     const Real weight = load(batch.node_weight);
     const Mask marked = lanes_of(batch.sticking);
+    const Real per_load = 1.0 / select(slides, sum, one);
     const Real per_k_load = 1.0 / select(slides, load(batch.k_t) * sum, one);
     const Real3 start = load3(batch.before);
+    Real left1 = zero; // friction at points that carry nothing any more: those that do take it over
+    Real left2 = zero;
+    for (int k = 0; k < N; ++k) {
+        left1 += select(p_n[k] > 0.0, zero, p_1[k]);
+        left2 += select(p_n[k] > 0.0, zero, p_2[k]);
+    }
     for (int k = 0; k < N; ++k) {
         const Mask carries = p_n[k] > 0.0;
+        const Real held1 = p_1[k] + p_n[k] * per_load * left1;
+        const Real held2 = p_2[k] + p_n[k] * per_load * left2;
         const Real u1 = twist.u.x - twist.w.z * y[k];
         const Real u2 = twist.u.y + twist.w.z * x[k];
         const Real s1 = u1 - load(points[k].u_t_target[0]);
@@ -432,11 +441,11 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_
         const Real v2 = select(by_slip, s2, s2 + blend * o2);
         const Real per_k = p_n[k] * per_k_load; // 1 / (k_t load / p_n)
         const Real radius = mu * p_n[k];
-        const Real stop1 = p_1[k] - s1 * per_k;
-        const Real stop2 = p_2[k] - s2 * per_k;
+        const Real stop1 = held1 - s1 * per_k;
+        const Real stop2 = held2 - s2 * per_k;
         const Mask holds = stop1 * stop1 + stop2 * stop2 <= radius * radius;
-        const Real q1 = p_1[k] - v1 * per_k;
-        const Real q2 = p_2[k] - v2 * per_k;
+        const Real q1 = held1 - v1 * per_k;
+        const Real q2 = held2 - v2 * per_k;
         const Real square = q1 * q1 + q2 * q2;
         const Mask moves = square > 0.0;
         const Real scale = select(moves, radius / sqrt(select(moves, square, one)), zero);
