@@ -354,7 +354,6 @@ void Blocks::wake() {
     for (Island& island : islands_) {
         island.compliance = 0.0;
         island.resists = false;
-        island.pause = island.waiting = 0;
     }
 }
 
@@ -390,7 +389,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
     const bool is_due = sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
     const bool is_small = is_due && solve_stalled(velocity);
-    if (sweeps_ > plain_sweeps && sweeps_ <= last_extrapolated && !is_small) {
+    if (sweeps_ > plain_sweeps && !is_small) {
         extrapolate(velocity);
     }
     std::atomic<double> worst = 0.0;

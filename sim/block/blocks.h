@@ -119,9 +119,6 @@ inline constexpr double slack_share = 0.1;
 /// least change of those before, they stall. By trial with the funnel, dominoes and rubble.
 inline constexpr int plain_sweeps = 12;
 
-/// Sweep of a solve [-] after which none is extrapolated: what has not led to the end by then goes in circles.
-inline constexpr int last_extrapolated = 600;
-
 /// Sweeps [-] between two steps of Newton's method: enough to find out who carries load.
 inline constexpr int newton_period = 4;
 

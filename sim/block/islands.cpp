@@ -9,8 +9,6 @@ namespace {
 /// Compliance of Newton's equations [-] that is tried first, and at most: 1 is as soft as a visit of a block alone.
 constexpr double least_compliance = 1e-3;
 constexpr double largest_compliance = 1.0;
-/// A step that leaves more than this share [-] of the change is not worth while every time.
-constexpr double worthwhile = 0.1;
 /// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
 constexpr double most_sliding = 0.05;
 /// By which it grows where a step made it worse [-].
@@ -145,8 +143,6 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
 /// softer equations are tried. Returns false if none are left to try.
 bool Blocks::next_compliance(Island& island, std::span<Velocity> velocity) {
     const double change = unsettled_change(island);
-    island.pause = island.compliance == 0.0 || change < worthwhile * island.change ? 0 : 2 * island.pause + 1;
-    island.waiting = island.pause;
     if (island.compliance == 0.0) {
         island.compliance = least_compliance;
     } else if (change < island.change) {
@@ -171,11 +167,6 @@ bool Blocks::solve_stalled(std::span<Velocity> velocity) {
     bool all = true;
     for (Island& island : islands_) {
         if (unsettled_change(island) == 0.0) {
-            continue;
-        }
-        if (island.waiting > 0) {
-            --island.waiting;
-            all = false;
             continue;
         }
         const bool is_tried = !island.resists && island.is_small && sliding_share(*this, island) <= most_sliding;

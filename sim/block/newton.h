@@ -24,8 +24,6 @@ struct Island {
     bool is_small = false;   ///< a factorisation is cheaper than the sweeps that it saves
     double compliance = 0.0; ///< [-] see IslandNewton::step(); 0: none was tried
     bool resists = false;    ///< no step helps: left to sweeps
-    int pause = 0;           ///< [-] turns to leave out: doubled by each step that brought little
-    int waiting = 0;         ///< [-] turns still to be left out
     double change = 0.0;     ///< [m/s] largest of a visit before the last step
     std::vector<Velocity> velocity; ///< [bodies] then
     std::vector<Vec3> impulses;     ///< then, of all points of its blocks: p_t, p_n [N s]

@@ -70,11 +70,19 @@ Quat asymmetric_rotation(const BodyProps& props, Quat world_from_principal, cons
 } // namespace
 
 Quat turned(const Quat& orientation, const Vec3& angle) {
-    const double half = 0.5 * angle.norm();
-    // sin(x)/x by its series where the quotient would lose digits.
-    const double sinc = half < 1e-4 ? 1.0 - half * half / 6.0 : std::sin(half) / half;
+    const double square = 0.25 * angle.squaredNorm(); // of half the angle
+    double sinc;
+    double cosine;
+    if (square < 0.01) { // by their series, to rounding
+        sinc = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0 * (1.0 - square / 110.0))));
+        cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0 * (1.0 - square / 90.0))));
+    } else {
+        const double half = std::sqrt(square);
+        sinc = std::sin(half) / half;
+        cosine = std::cos(half);
+    }
     const Vec3 axis = 0.5 * sinc * angle;
-    return (Quat(std::cos(half), axis.x(), axis.y(), axis.z()) * orientation).normalized();
+    return (Quat(cosine, axis.x(), axis.y(), axis.z()) * orientation).normalized();
 }
 
 BodyProps make_body_props(const BodyDef& def) {

@@ -1,4 +1,5 @@
 #include "sim/solve/resting_contacts.h"
+#include "sim/solve/time_of_impact.h"
 
 #include <algorithm>
 
