@@ -122,8 +122,8 @@ inline constexpr int plain_sweeps = 12;
 /// Sweeps [-] between two steps of Newton's method: enough to find out who carries load.
 inline constexpr int newton_period = 4;
 
-/// Bodies [-] of an island, or else loops of blocks in it, up to which a factorisation is cheaper than the sweeps that it saves:
-/// a tower's factors are as sparse as its matrix, those of a dense heap of 256 take a tenth of a second.
+/// An island is factorised where that, level by level from one body, costs no more than for so many bodies that all touch [-]:
+/// of a tower or a chain of any length it does not; that of a dense heap of 256 takes a tenth of a second.
 inline constexpr std::size_t newton_size = 64;
 
 /// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
@@ -250,7 +250,6 @@ private:
     double progress_ = 0.0;             ///< [m/s] the same of those before
     bool stalls_ = false;
     std::vector<Island> islands_;       ///< once asked for
-    std::vector<int> root_;             ///< [body_count] memory of find_islands()
     IslandNewton newton_;
     Extrapolation extrapolation_;
 };

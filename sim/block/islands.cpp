@@ -2,6 +2,9 @@
 #include "sim/block/blocks.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace sim {
 namespace {
@@ -16,58 +19,61 @@ constexpr double compliance_factor = 10.0;
 
 } // namespace
 
-/// Islands in the order of their least bodies.
+/// Islands in the order of their least bodies, found in breadth.
 void Blocks::find_islands() {
-    root_.resize(rows_.size());
-    for (const BlockBatch& batch : batches) {
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            root_[static_cast<std::size_t>(batch.a[lane])] = batch.a[lane];
-            root_[static_cast<std::size_t>(batch.b[lane])] = batch.b[lane];
-        }
-    }
-    const auto root_of = [&](int body) {
-        while (root_[static_cast<std::size_t>(body)] != body) {
-            body = root_[static_cast<std::size_t>(body)] = root_[static_cast<std::size_t>(root_[static_cast<std::size_t>(body)])];
-        }
-        return body;
-    };
+    enum : int { apart = -2, unseen = -1 }; // apart: bodies without blocks, and those that do not move
+    std::vector<int> island_of(rows_.size(), apart);
+    std::vector<std::size_t> end(rows_.size() + 1, 0); // of each body's neighbours, and where they begin once they are in place
     const auto is_dynamic = [&](int body) { return rows_[static_cast<std::size_t>(body)].x[0] > 0.0; };
+    const auto for_each_between = [&](auto&& work) {
+        for (const Block& block : blocks) {
+            if (block.count > 0 && is_dynamic(block.a) && is_dynamic(block.b)) {
+                work(block.a, block.b);
+                work(block.b, block.a);
+            }
+        }
+    };
+    for_each_between([&](int body, int) { ++end[static_cast<std::size_t>(body)]; });
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    std::vector<int> neighbours(end.back());
+    for_each_between([&](int body, int other) { neighbours[--end[static_cast<std::size_t>(body)]] = other; });
     for (const Block& block : blocks) {
-        if (block.count > 0 && is_dynamic(block.a) && is_dynamic(block.b)) {
-            const int a = root_of(block.a);
-            const int b = root_of(block.b);
-            root_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-        }
-    }
-    std::vector<std::pair<int, int>> members; // root, block
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-        if (blocks[i].count > 0) {
-            members.emplace_back(root_of(is_dynamic(blocks[i].a) ? blocks[i].a : blocks[i].b), static_cast<int>(i));
-        }
-    }
-    std::ranges::sort(members);
-    for (std::size_t i = 0; i < members.size(); ++i) {
-        if (i == 0 || members[i].first != members[i - 1].first) {
-            islands_.emplace_back();
-        }
-        Island& island = islands_.back();
-        island.blocks.push_back(members[i].second);
-        const Block& block = blocks[static_cast<std::size_t>(members[i].second)];
         for (const int body : {block.a, block.b}) {
-            if (is_dynamic(body)) {
-                island.bodies.push_back(body);
+            if (block.count > 0 && is_dynamic(body)) {
+                island_of[static_cast<std::size_t>(body)] = unseen;
             }
         }
     }
-    for (Island& island : islands_) {
-        std::ranges::sort(island.bodies);
-        island.bodies.erase(std::unique(island.bodies.begin(), island.bodies.end()), island.bodies.end());
-        const auto is_between = [&](int i) {
-            const Block& block = blocks[static_cast<std::size_t>(i)];
-            return is_dynamic(block.a) && is_dynamic(block.b);
+    for (std::size_t least = 0; least < island_of.size(); ++least) {
+        if (island_of[least] != unseen) {
+            continue;
+        }
+        Island& island = islands_.emplace_back();
+        const auto add = [&](int body) {
+            island_of[static_cast<std::size_t>(body)] = static_cast<int>(islands_.size()) - 1;
+            island.bodies.push_back(body);
         };
-        const auto between = static_cast<std::size_t>(std::ranges::count_if(island.blocks, is_between));
-        island.is_small = island.bodies.size() <= newton_size || between + 1 <= island.bodies.size() + newton_size;
+        add(static_cast<int>(least));
+        double work = 0.0;
+        for (std::size_t first = 0, last = 1; first < last; first = std::exchange(last, island.bodies.size())) {
+            for (std::size_t i = first; i < last; ++i) {
+                const auto body = static_cast<std::size_t>(island.bodies[i]);
+                for (std::size_t k = end[body]; k < end[body + 1]; ++k) {
+                    if (island_of[static_cast<std::size_t>(neighbours[k])] == unseen) {
+                        add(neighbours[k]);
+                    }
+                }
+            }
+            work += static_cast<double>(last - first) * std::pow(static_cast<double>(island.bodies.size() - first), 2);
+        }
+        island.is_small = work <= std::pow(newton_size, 3);
+        std::ranges::sort(island.bodies);
+    }
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        if (blocks[i].count > 0) {
+            const int body = is_dynamic(blocks[i].a) ? blocks[i].a : blocks[i].b;
+            islands_[static_cast<std::size_t>(island_of[static_cast<std::size_t>(body)])].blocks.push_back(static_cast<int>(i));
+        }
     }
 }
 
