@@ -70,10 +70,10 @@ Quat asymmetric_rotation(const BodyProps& props, Quat world_from_principal, cons
 } // namespace
 
 Quat turned(const Quat& orientation, const Vec3& angle) {
-    const double square = 0.25 * angle.squaredNorm(); // of half the angle
+    const double square = 0.25 * angle.squaredNorm(); // of half the angle [rad^2]
     double sinc;
     double cosine;
-    if (square < 0.01) { // by their series, to rounding
+    if (square < 0.01) { // by their series: what is left out is less than 1e-20
         sinc = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0 * (1.0 - square / 110.0))));
         cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0 * (1.0 - square / 90.0))));
     } else {
