@@ -168,6 +168,9 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         if (left <= 0 || (outer > 1 && report.residual > std::max(residual_before, gap_tolerance))) {
             break;
         }
+        if (outer > 0 && report.residual > gap_tolerance) {
+            enough_ *= solved_share; // what the linear solve before asked for has not been enough
+        }
         bool converged = false;
         report.iterations += iterate(left, converged);
         for (int round = 0; round < most_rounds && converged && contacts_.update_marks(bodies, pairs, to_.velocity); ++round) {
