@@ -1,34 +1,11 @@
-/// The separating axes of eight pairs of boxes. The formulas are those of box_box.cpp, which is the readable form.
-/// Compiled once for each instruction set; KERNEL names it.
-#include "sim/base/lanes.h"
-#include "sim/collide/box_axes.h"
+/// The separating axes of eight pairs of boxes. Compiled once for each instruction set; KERNEL names it.
+#include "sim/collide/box_lanes.h"
 
 namespace sim {
 namespace {
 
-/// Edge directions whose cross product is shorter than this [-] count as parallel, as in box_box.cpp.
+/// Edge directions whose cross product is shorter than this [-] count as parallel: a face axis then says the same.
 constexpr double parallel_edges = 1e-6;
-
-/// Rotation matrix, centre and half extents of a box in each lane.
-struct Boxes {
-    Real axes[3][3]; ///< [row][column]
-    Real3 centre;
-    Real half[3];
-};
-
-LANES_INLINE Boxes gather_boxes(const PlacedBoxRow* boxes, const int* index) {
-    Real low[8];
-    Real high[8];
-    for (int l = 0; l < lane_count; ++l) {
-        low[l] = load(boxes[index[l]].axes);
-        high[l] = load(boxes[index[l]].axes + 8);
-    }
-    transpose(low);
-    transpose(high);
-    return {{{low[0], low[3], low[6]}, {low[1], low[4], low[7]}, {low[2], low[5], high[0]}},
-            {high[1], high[2], high[3]},
-            {high[4], high[5], high[6]}};
-}
 
 /// The best axis so far of one kind.
 struct Best {
@@ -55,10 +32,6 @@ struct Best {
     }
 };
 
-LANES_INLINE Real dot_columns(const Real a[3][3], int i, const Real b[3][3], int j) {
-    return a[0][i] * b[0][j] + a[1][i] * b[1][j] + a[2][i] * b[2][j];
-}
-
 LANES_INLINE void search_eight(const AxesSearch& search, const int* first, const int* second, const int* result,
                                int lanes) {
     const Boxes a = gather_boxes(search.boxes, first);
@@ -71,11 +44,11 @@ LANES_INLINE void search_eight(const AxesSearch& search, const int* first, const
     Real t_b[3];
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
-            rotation[i][j] = dot_columns(a.axes, i, b.axes, j);
+            rotation[i][j] = dot(a.axes[i], b.axes[j]);
             absolute[i][j] = abs(rotation[i][j]);
         }
-        t_a[i] = a.axes[0][i] * b_to_a.x + a.axes[1][i] * b_to_a.y + a.axes[2][i] * b_to_a.z;
-        t_b[i] = b.axes[0][i] * b_to_a.x + b.axes[1][i] * b_to_a.y + b.axes[2][i] * b_to_a.z;
+        t_a[i] = dot(a.axes[i], b_to_a);
+        t_b[i] = dot(b.axes[i], b_to_a);
     }
     Best face_a;
     Best face_b;
@@ -92,6 +65,7 @@ LANES_INLINE void search_eight(const AxesSearch& search, const int* first, const
         for (int j = 0; j < 3; ++j) {
             const int j1 = (j + 1) % 3;
             const int j2 = (j + 2) % 3;
+            // The axis is e_i x R e_j; in the frame of a, its components are -R(i2,j) at i1 and R(i1,j) at i2.
             const Real sine_squared = 1.0 - rotation[i][j] * rotation[i][j];
             const Mask crossing = sine_squared >= parallel_edges * parallel_edges;
             const Real offset = t_a[i2] * rotation[i1][j] - t_a[i1] * rotation[i2][j];

@@ -44,7 +44,7 @@ PlacedBall placed(const Sphere& sphere, const Pose& world_from_body, const Pose&
 }
 
 PlacedBox placed(const Box& box, const Pose& world_from_body, const Pose& body_from_part) {
-    return {box, world_from_body, body_from_part, world_from_body * body_from_part};
+    return {box_row(box, world_from_body * body_from_part), world_from_body, body_from_part};
 }
 
 /// Largest distance of a point of a part from the part's origin [m].
@@ -100,9 +100,8 @@ struct Collector {
 /// Outside: the nearest corner, edge or face. Inside: the nearest face.
 ContactFeature ball_box_feature(const PlacedBall& ball, const PlacedBox& box, bool ball_is_a,
                                 std::uint64_t id_base) {
-    const Quat box_from_world = box.world_from_box.orientation.conjugate();
-    const Vec3 c = box_from_world * (ball.centre - box.world_from_box.position);
-    const Vec3& half = box.box.half_extents;
+    const Vec3 c = axes_of(box.row).transpose() * (ball.centre - centre_of(box.row));
+    const Vec3 half = half_of(box.row);
     Vec3 nearest = c.cwiseMax(-half).cwiseMin(half);
     int outside = 0;
     int face_axis = 0;
@@ -269,14 +268,6 @@ void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, st
     contacts.clear();
     Collector out{.margin = margin, .contacts = &contacts};
     collect(a, b, out);
-    sort_by_id(contacts);
-}
-
-void find_box_contacts(const PlacedShape& a, const PlacedShape& b, const BoxAxes& axes, double margin,
-                       std::vector<Contact>& contacts) {
-    contacts.clear();
-    box_box_contacts({std::get<Box>(a.shape), a.pose, Pose{}, a.pose}, {std::get<Box>(b.shape), b.pose, Pose{}, b.pose}, axes,
-                     {margin, 0, contacts});
     sort_by_id(contacts);
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 /// Pair of bodies -> manifold: boxes, balls and planes in closed form, other convex parts by convex_pair.h.
-#include "sim/collide/box_axes.h"
 #include "sim/collide/manifold.h"
 
 namespace sim {
@@ -14,10 +13,6 @@ struct PlacedShape {
 /// contacts of the result may be empty. A full face or edge manifold for box against box and box against
 /// plane.
 void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, std::vector<Contact>& contacts);
-
-/// The same for two bodies that are boxes, whose axes are known.
-void find_box_contacts(const PlacedShape& a, const PlacedShape& b, const BoxAxes& axes, double margin,
-                       std::vector<Contact>& contacts);
 
 /// Signed distance of two shapes [m], exact where they overlap (its negative is the depth of penetration) and
 /// a lower bound of the distance where they are apart. Looks at the shapes anew, without any preference among

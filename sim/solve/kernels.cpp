@@ -1,7 +1,7 @@
 /// Each kernel is compiled for each instruction set (NAME_kernel.cpp -> NAME_kernel_SET); the widest that this processor
 /// can run is taken, or the one that the environment's TUMBLE_KERNELS names: baseline, avx2. All give the same bits.
 #include "sim/block/batch.h"
-#include "sim/collide/box_axes.h"
+#include "sim/collide/box_pairs.h"
 #include "sim/solve/rest_batch.h"
 
 #include <cstdlib>
@@ -54,6 +54,7 @@ CHOOSE_KERNEL(double, block, BatchSweep)
 CHOOSE_KERNEL(void, extrapolate, BatchExtrapolation)
 CHOOSE_KERNEL(void, prepare, BatchPreparation)
 CHOOSE_KERNEL(void, axes, AxesSearch)
+CHOOSE_KERNEL(void, faces, FaceClip)
 CHOOSE_KERNEL(double, rest, RestWork)
 
 double sweep_batches(const BatchSweep& sweep) {
@@ -74,6 +75,10 @@ double work_on_rest(const RestWork& work) {
 
 void find_axes(const AxesSearch& search) {
     axes_kernel()(search);
+}
+
+void clip_faces(const FaceClip& clip) {
+    faces_kernel()(clip);
 }
 
 } // namespace sim

@@ -3,6 +3,7 @@
 #include "sim/collide/narrow_phase.h"
 
 #include <algorithm>
+#include <array>
 
 namespace sim {
 namespace {
@@ -56,11 +57,20 @@ void ContactSearch::find() {
     const auto find_some = [&](std::size_t first, std::size_t last) {
         take_known(first, last, found);
         std::vector<Contact> contacts;
-        for (std::size_t i = first; i < last; ++i) {
-            if (i + prefetched < last) {
-                prefetch(found[i + prefetched]);
+        std::array<const Candidate*, lane_count> near;
+        std::array<FaceCorners, lane_count> corners;
+        for (; first < last; first += lane_count) {
+            const std::size_t count = std::min<std::size_t>(lane_count, last - first);
+            for (std::size_t i = 0; i < count; ++i) {
+                near[i] = &candidates.all()[near_[first + i]];
             }
-            find_contacts_of(near_[i], contacts, found[i]);
+            distances.clip(std::span(near).first(count), corners);
+            for (std::size_t i = 0; i < count; ++i) {
+                if (first + i + prefetched < last) {
+                    prefetch(found[first + i + prefetched]);
+                }
+                find_contacts_of(*near[i], corners[i], contacts, found[first + i]);
+            }
         }
     };
     workers_.run(near_.size(), find_some, least_shared);
@@ -85,9 +95,9 @@ void ContactSearch::take_known(std::size_t first, std::size_t last, std::vector<
     }
 }
 
-/// Contacts of one pair at the present poses; pair: what the last step remembers of it. contacts: memory.
-void ContactSearch::find_contacts_of(std::uint32_t near, std::vector<Contact>& contacts, PairContacts& pair) {
-    const Candidate& candidate = candidates.all()[near];
+/// Contacts of one pair at the present poses; pair: what the last step remembers of it. corners: of boxes. contacts: memory.
+void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorners& corners, std::vector<Contact>& contacts,
+                                     PairContacts& pair) {
     const auto a = static_cast<std::size_t>(candidate.bodies.a);
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
     const Shape& shape_a = bodies_.props[a].shape;
@@ -95,7 +105,7 @@ void ContactSearch::find_contacts_of(std::uint32_t near, std::vector<Contact>& c
     const double margin = candidates.margin_of(candidate.bodies);
     contacts.clear();
     if (candidate.are_boxes) {
-        find_box_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, distances.axes(candidate.slot), margin, contacts);
+        distances.find_box_contacts(candidate, corners, margin, contacts);
     } else {
         find_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, margin, contacts);
         if (contacts.empty()) {

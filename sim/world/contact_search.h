@@ -32,7 +32,8 @@ public:
 
 private:
     void take_known(std::size_t first, std::size_t last, std::vector<PairContacts>& found);
-    void find_contacts_of(std::uint32_t near, std::vector<Contact>& contacts, PairContacts& pair);
+    void find_contacts_of(const Candidate& candidate, const FaceCorners& corners, std::vector<Contact>& contacts,
+                          PairContacts& pair);
     double reach_of(const BodyPair& pair) const;
 
     const Bodies& bodies_;

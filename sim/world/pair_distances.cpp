@@ -1,5 +1,6 @@
 #include "sim/world/pair_distances.h"
 
+#include "sim/collide/box_box.h"
 #include "sim/collide/narrow_phase.h"
 
 #include <algorithm>
@@ -42,11 +43,7 @@ void PairDistances::place(const Candidates& candidates, std::span<const Pose> po
             if (is_box_[i] == 0) {
                 continue;
             }
-            const Mat3 rotation = poses[i].orientation.toRotationMatrix();
-            const Vec3& half = std::get<Box>(bodies_.props[i].shape).half_extents;
-            std::copy_n(rotation.data(), 9, box_rows_[i].axes);
-            std::copy_n(poses[i].position.data(), 3, box_rows_[i].centre);
-            std::copy_n(half.data(), 3, box_rows_[i].half);
+            box_rows_[i] = box_row(std::get<Box>(bodies_.props[i].shape), poses[i]);
         }
     };
     workers_.run(members.size(), place_some, least_shared);
@@ -131,6 +128,28 @@ std::span<const std::uint32_t> PairDistances::find_near(Candidates& candidates) 
         }
     }
     return near_;
+}
+
+void PairDistances::clip(std::span<const Candidate* const> near, std::span<FaceCorners> corners) const {
+    FaceClip clip{.boxes = box_rows_.data()};
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        if (near[i]->are_boxes) {
+            add_to(clip, near[i]->bodies.a, near[i]->bodies.b, axes_[near[i]->slot], corners[i]);
+        }
+    }
+    if (clip.count > 0) {
+        clip_faces(clip);
+    }
+}
+
+void PairDistances::find_box_contacts(const Candidate& candidate, const FaceCorners& corners, double margin,
+                                      std::vector<Contact>& contacts) const {
+    const auto placed = [&](int body) {
+        const auto i = static_cast<std::size_t>(body);
+        return PlacedBox{box_rows_[i], bodies_.pose[i], Pose{}};
+    };
+    const auto [a, b] = candidate.bodies;
+    box_box_contacts(placed(a), placed(b), axes_[candidate.slot], corners, {margin, 0, contacts});
 }
 
 void PairDistances::check(Candidates& candidates, std::span<const Pose> planned, bool is_first) {

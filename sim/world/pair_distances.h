@@ -3,7 +3,8 @@
 /// bodies stay.
 #include "sim/base/grow.h"
 #include "sim/base/workers.h"
-#include "sim/collide/box_axes.h"
+#include "sim/collide/box_pairs.h"
+#include "sim/collide/manifold.h"
 #include "sim/world/candidates.h"
 
 #include <limits>
@@ -27,7 +28,11 @@ public:
                                    : separations_[candidate.slot].penetration;
     }
 
-    const BoxAxes& axes(std::size_t slot) const { return axes_[slot]; } ///< of boxes
+    /// Corners of the faces [near] of those that are boxes, up to lane_count, after find_near().
+    void clip(std::span<const Candidate* const> near, std::span<FaceCorners> corners) const;
+    /// Their contacts.
+    void find_box_contacts(const Candidate& candidate, const FaceCorners& corners, double margin,
+                           std::vector<Contact>& contacts) const;
     /// Others, no box and no contact: they are looked at again once they may have come near.
     void set_apart(const Candidate& candidate) { look(candidate, bodies_.pose); }
 

@@ -103,11 +103,7 @@ void axes_of_8000_pairs(benchmark::State& state) {
     std::vector<int> second;
     std::vector<int> result;
     for (int i = 0; i < 8000; ++i) {
-        const sim::Mat3 rotation(Eigen::AngleAxisd(0.37 * i, Vec3(1, 2, 3).normalized()));
-        sim::PlacedBoxRow& row = rows.emplace_back();
-        std::copy_n(rotation.data(), 9, row.axes);
-        std::fill_n(row.centre, 3, 0.3 * (i % 7));
-        std::fill_n(row.half, 3, 0.5);
+        rows.push_back(sim::box_row({}, {Vec3::Constant(0.3 * (i % 7)), Quat(Eigen::AngleAxisd(0.37 * i, Vec3(1, 2, 3).normalized()))}));
         first.push_back(i);
         second.push_back((i * 31 + 1) % 8000);
         result.push_back(i);

@@ -1,6 +1,6 @@
 // The structure of the code as sim/README.md and render/README.md state it: the order of the rooms, what render/ may see
 // of sim/, and which files own the headers of each library. The lists are read from the pages, so they cannot fall behind.
-#include "sim/collide/box_axes.h"
+#include "sim/collide/box_pairs.h"
 #include "sim/solve/contact_memory.h"
 #include "sim/solve/rest_batch.h"
 #include "sim/world/candidates.h"
