@@ -87,8 +87,8 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
 /// is how much faster than their targets the contacts part with f alone (gaps of bodies that all of g may turn by a radian tell
 /// nothing), and g.A g twice the kinetic energy of what g changes. g is what is uncertain: impulses that
 /// answered an impact; all of them, from a shorter interval or an unconverged solve. All of it is taken where that is nearer
-/// than none. Returns whether there is any.
-bool ContactSolver::scale_guess(const Bodies& bodies, const GapMeasure& gaps) {
+/// than none.
+void ContactSolver::scale_guess(const Bodies& bodies, const GapMeasure& gaps) {
     change_.resize(to_.velocity.size());
     for (const std::size_t i : to_.solved) {
         change_[i] = {};
@@ -103,7 +103,7 @@ bool ContactSolver::scale_guess(const Bodies& bodies, const GapMeasure& gaps) {
         }
     }
     if (energy == 0.0) {
-        return false;
+        return;
     }
     to_.update(bodies, contacts_.loop.workers);
     gaps.measure();
@@ -114,8 +114,6 @@ bool ContactSolver::scale_guess(const Bodies& bodies, const GapMeasure& gaps) {
         to_.velocity[i].w += share * change_[i].w;
     }
     contacts_.scale_uncertain(share);
-    to_.update(bodies, contacts_.loop.workers);
-    return true;
 }
 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
@@ -147,16 +145,16 @@ int ContactSolver::iterate(int budget, bool& converged) {
 ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
-    to_.update(bodies, contacts_.loop.workers);
     const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
+    if (std::exchange(is_guess_, false)) {
+        scale_guess(bodies, gaps);
+    }
+    to_.update(bodies, contacts_.loop.workers);
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     for (int outer = 0; outer < most_rounds && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
         report.residual = gaps.measure();
-        if (std::exchange(is_guess_, false) && report.residual > gap_tolerance && scale_guess(bodies, gaps)) {
-            report.residual = gaps.measure();
-        }
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
         if (outer > 0 && report.residual <= left_share * gap_tolerance &&

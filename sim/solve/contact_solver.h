@@ -81,7 +81,7 @@ private:
 
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
-    bool scale_guess(const Bodies& bodies, const GapMeasure& gaps);
+    void scale_guess(const Bodies& bodies, const GapMeasure& gaps);
     int iterate(int budget, bool& converged);
 
     StepSettings settings_;

@@ -22,6 +22,7 @@ struct RestBlock {
     unsigned plain = 0; ///< bit l: all points but those of crossing edges are fixed to one body, at a face of the other: measured in lanes
     unsigned fresh = 0; ///< bit l: none of its points touched at the last instant, and it approaches
     unsigned hit = 0;   ///< bit l: an impact reaches a body of it
+    bool is_certain = true; ///< none of the impulses that the solve starts from is uncertain
 };
 
 /// Time [s] that the impulses of an interval h stand for: from the middle of the interval before to its own middle.

@@ -65,6 +65,13 @@ LANES_INLINE Real node_weight_of(const RestWork& work, const BlockBatch& batch, 
     return select(touches, last / (last + real(work.rules->h)), real(1.0));
 }
 
+/// Of the impulses that a solve starts from, the share [-] that is uncertain: see ContactSolver::scale_guess().
+LANES_INLINE Real uncertain_share(const RestRules& rules, const Real& p_n, const Real& force) {
+    const Mask loaded = p_n > 0.0;
+    const Real answer = rules.is_stretched ? real(1.0) : 1.0 - force / select(loaded, p_n, real(1.0));
+    return select(loaded, answer, real(0.0));
+}
+
 /// Targets, marks and impulses of the points.
 LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& block, BatchPoint* points, RestPoint* rest) {
     const RestRules& rules = *work.rules;
@@ -80,6 +87,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
     Mask sticks = nowhere();
     Mask touched = nowhere();
     Mask approaches = nowhere();
+    Mask uncertain = nowhere();
     for (int k = 0; k < batch.count; ++k) {
         RestPoint& r = rest[k];
         const Mask here = lanes_of(points[k].there);
@@ -98,10 +106,13 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         store(r.gap_target, select(gap <= rules.band, begun + rules.step_share * (min(kept, begun + push) - begun), zero));
         const Mask loaded = here & (memory.p_n > 0.0);
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
-        store(r.load, stretch * memory.force_share * memory.p_n);
+        const Real force = stretch * memory.force_share * memory.p_n;
+        store(r.load, force);
         const Mask warm = rules.warm_start ? loaded : nowhere();
         const Real started = select(warm, stretch, zero);
-        store(points[k].p_n, started * memory.p_n);
+        const Real p_n = started * memory.p_n;
+        uncertain |= uncertain_share(rules, p_n, force) > 0.0;
+        store(points[k].p_n, p_n);
         store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
         store(points[k].p_t[1], started * dot(memory.p_t, f.t2));
         const Real slow1 = twist.tangential1(y);
@@ -114,13 +125,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
     }
     batch.sticking = bits_of(sticks);
     block.fresh = bits_of(approaches & ~touched);
-}
-
-/// Of the impulses that a solve starts from, the share [-] that is uncertain: see ContactSolver::scale_guess().
-LANES_INLINE Real uncertain_share(const RestRules& rules, const Real& p_n, const RestPoint& rest) {
-    const Mask loaded = p_n > 0.0;
-    const Real answer = rules.is_stretched ? real(1.0) : 1.0 - load(rest.load) / select(loaded, p_n, real(1.0));
-    return select(loaded, answer, real(0.0));
+    block.is_certain = !any(uncertain);
 }
 
 /// Gives the bodies share_of(k) [-] of the impulses of each point k.
@@ -152,7 +157,7 @@ LANES_INLINE double uncertain_work(const RestWork& work, const BlockBatch& batch
         const Real p_n = load(points[k].p_n);
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
-        sum += uncertain_share(*work.rules, p_n, rest[k]) *
+        sum += uncertain_share(*work.rules, p_n, load(rest[k].load)) *
                (p_n * (twist.normal(x, y) - load(points[k].u_n_target)) +
                 load(points[k].p_t[0]) * (twist.tangential1(y) - load(points[k].u_t_target[0])) +
                 load(points[k].p_t[1]) * (twist.tangential2(x) - load(points[k].u_t_target[1])));
@@ -170,7 +175,7 @@ LANES_INLINE double uncertain_work(const RestWork& work, const BlockBatch& batch
 LANES_INLINE void scale(const RestWork& work, const BlockBatch& batch, BatchPoint* points, const RestPoint* rest) {
     for (int k = 0; k < batch.count; ++k) {
         const Real p_n = load(points[k].p_n);
-        const Real left = 1.0 - (1.0 - work.kept) * uncertain_share(*work.rules, p_n, rest[k]);
+        const Real left = 1.0 - (1.0 - work.kept) * uncertain_share(*work.rules, p_n, load(rest[k].load));
         store(points[k].p_n, left * p_n);
         store(points[k].p_t[0], left * load(points[k].p_t[0]));
         store(points[k].p_t[1], left * load(points[k].p_t[1]));
@@ -383,12 +388,16 @@ double KERNEL(const RestWork& work) {
             start(work, batch, block, points, rest);
             apply(work.begin, work.velocity, batch, points, [](int) { return real(1.0); });
         } else if (work.phase == RestPhase::uncertain) {
-            apply(work.begin, work.velocity, batch, points,
-                  [&](int k) { return uncertain_share(*work.rules, load(points[k].p_n), rest[k]); });
+            if (!block.is_certain) {
+                apply(work.begin, work.velocity, batch, points,
+                      [&](int k) { return uncertain_share(*work.rules, load(points[k].p_n), load(rest[k].load)); });
+            }
         } else if (work.phase == RestPhase::uncertain_work) {
-            work.parts[i] = uncertain_work(work, batch, points, rest);
+            work.parts[i] = block.is_certain ? 0.0 : uncertain_work(work, batch, points, rest);
         } else if (work.phase == RestPhase::scale) {
-            scale(work, batch, points, rest);
+            if (!block.is_certain) {
+                scale(work, batch, points, rest);
+            }
         } else if (work.phase == RestPhase::store) {
             store_impulses(work, batch, block, points, rest);
             apply(work.begin, work.at_node, batch, points, [&](int k) {
