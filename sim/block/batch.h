@@ -66,7 +66,7 @@ struct BlockBatch {
     /// Share [-] of the impulses at which the sliding direction is taken: of a step's impulses the part that acts before
     /// t0; 1 (the velocity after) in a collision, where sticking and sliding are then one law.
     Lanes node_weight;
-    Lanes k_t;            ///< [1/kg] largest eigenvalue of K_tt over the points
+    Lanes per_k_t;        ///< [kg] 1 / the largest eigenvalue of K_tt over the points
     Lanes seen_a, seen_b; ///< activity of the bodies at the last visit; seen_a negative: to be visited again
     Lanes change;         ///< [m/s] largest of a velocity at its points, by the last visit
 };

@@ -155,7 +155,7 @@ void KERNEL(const BatchPreparation& preparation) {
             const BatchPoint& point = preparation.points[batch.first + k];
             k_t = max(k_t, largest_eigenvalue(response, load(point.x), load(point.y)));
         }
-        store(batch.k_t, k_t);
+        store(batch.per_k_t, 1.0 / k_t);
     }
 }
 

@@ -54,7 +54,7 @@ struct Visit {
     void add_normals(const Sym3& wn, const Real* impulse);
     void solve_friction();
     Mask stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const;
-    void slide(Mask slides, Real sum, Real* new_1, Real* new_2) const;
+    void slide(Mask slides, Real per_load, Real* new_1, Real* new_2) const;
     void add_friction(const Real* new_1, const Real* new_2);
 };
 
@@ -402,25 +402,29 @@ LANES_INLINE Mask Visit<N>::stop_slip(Real sum, Real per_load, Real* new_1, Real
 
 /// One projection onto the friction cone in the lanes `slides`: at each point a disc of radius mu p_n.
 template <int N>
-LANES_INLINE void Visit<N>::slide(Mask slides, Real sum, Real* new_1, Real* new_2) const {
+LANES_INLINE void Visit<N>::slide(Mask slides, Real per_load, Real* new_1, Real* new_2) const {
     const Real zero = real(0.0);
     const Real one = real(1.0);
     const Real mu = load(batch.mu);
     const Real weight = load(batch.node_weight);
     const Mask marked = lanes_of(batch.sticking);
-    const Real per_load = 1.0 / select(slides, sum, one);
-    const Real per_k_load = 1.0 / select(slides, load(batch.k_t) * sum, one);
+    const Real per_k_load = load(batch.per_k_t) * per_load;
     const Real3 start = load3(batch.before);
-    Real left1 = zero; // friction at points that carry nothing any more: those that do take it over
+    Real kept[N]; // share of its friction that a point still holds; the rest goes with the load to the others
+    Real left1 = zero;
     Real left2 = zero;
     for (int k = 0; k < N; ++k) {
-        left1 += select(p_n[k] > 0.0, zero, p_1[k]);
-        left2 += select(p_n[k] > 0.0, zero, p_2[k]);
+        const Real limit = mu * p_n[k];
+        const Real square = p_1[k] * p_1[k] + p_2[k] * p_2[k];
+        const Mask beyond = square > limit * limit;
+        kept[k] = select(beyond, limit * limit / select(beyond, square, one), one);
+        left1 += (1.0 - kept[k]) * p_1[k];
+        left2 += (1.0 - kept[k]) * p_2[k];
     }
     for (int k = 0; k < N; ++k) {
         const Mask carries = p_n[k] > 0.0;
-        const Real held1 = p_1[k] + p_n[k] * per_load * left1;
-        const Real held2 = p_2[k] + p_n[k] * per_load * left2;
+        const Real held1 = kept[k] * p_1[k] + p_n[k] * per_load * left1;
+        const Real held2 = kept[k] * p_2[k] + p_n[k] * per_load * left2;
         const Real u1 = twist.u.x - twist.w.z * y[k];
         const Real u2 = twist.u.y + twist.w.z * x[k];
         const Real s1 = u1 - load(points[k].u_t_target[0]);
@@ -465,14 +469,15 @@ LANES_INLINE void Visit<N>::solve_friction() {
     const Mask loaded = sum > 0.0;
     Real new_1[N];
     Real new_2[N];
-    const Mask sticks = stop_slip(sum, 1.0 / select(loaded, sum, real(1.0)), new_1, new_2);
+    const Real per_load = 1.0 / select(loaded, sum, real(1.0));
+    const Mask sticks = stop_slip(sum, per_load, new_1, new_2);
     for (int k = 0; k < N; ++k) {
         new_1[k] = select(loaded, new_1[k], zero);
         new_2[k] = select(loaded, new_2[k], zero);
     }
     const Mask slides = loaded & ~sticks;
     if (any(slides)) {
-        slide(slides, sum, new_1, new_2);
+        slide(slides, per_load, new_1, new_2);
     }
     add_friction(new_1, new_2);
 }
