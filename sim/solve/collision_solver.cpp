@@ -194,13 +194,14 @@ double CollisionSolver::work_of_pass() {
 
 /// If the pass added energy, beside what kinematic bodies did, goes back along the line to its plastic solution as far as
 /// needed. The kinetic energy is a quadratic on that line and the plastic end has lost energy, so the crossing is unique;
-/// friction stays inside its cone, which is convex. Returns the energy taken away [J].
+/// friction stays inside its cone, which is convex. Where the pass came to no end, the plastic solution is taken: a row that is
+/// wedged between two walls cannot leave both. Returns the energy taken away [J]. converged: of the pass, then of what is taken.
 double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity,
-                                    const StepSettings& settings) {
+                                    const StepSettings& settings, bool& converged) {
     const double start = kinetic_energy(bodies, before_, in_pass_) + energy_owed_;
     work_ = work_of_pass();
     const double elastic = kinetic_energy(bodies, velocity, in_pass_) - work_;
-    if (elastic <= start * (1.0 + energy_rounding)) {
+    if (converged && elastic <= start * (1.0 + energy_rounding)) {
         return 0.0;
     }
     if (impacts != nullptr) {
@@ -217,7 +218,7 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
     for (const std::size_t i : in_pass_) {
         plastic_[i] = before_[i];
     }
-    bool converged = true;
+    const bool is_solved = std::exchange(converged, true);
     iterate(plastic_, settings, converged);
     const double plastic_work = work_of_pass();
     const double e0 = kinetic_energy(bodies, plastic_, in_pass_) - plastic_work;
@@ -227,7 +228,7 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
     const double slope = elastic - e0 - curvature;
     const double missing = start - e0;
     double s = 0.0;
-    if (missing > 0.0) {
+    if (is_solved && missing > 0.0) {
         const double root = std::sqrt(std::max(slope * slope + 4.0 * curvature * missing, 0.0));
         s = slope + root > 0.0 ? std::clamp(2.0 * missing / (slope + root), 0.0, 1.0) : 0.0;
     }
@@ -244,7 +245,7 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
             }
         }
     }
-    return elastic - start;
+    return std::max(elastic - start, 0.0);
 }
 
 /// Impulses of the pass, with those that held a contact ahead of its impact in the last step.
@@ -341,7 +342,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         begin_pass(velocity);
         bool converged = true;
         report.iterations += iterate(velocity, settings, converged);
-        report.energy_removed += keep_energy(bodies, velocity, settings);
+        report.energy_removed += keep_energy(bodies, velocity, settings, converged);
         report.drive_work += work_;
         if (impacts != nullptr) {
             report_impacts(pairs, report.passes);

@@ -64,7 +64,8 @@ private:
     int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
     void report_impacts(std::span<const PairContacts> pairs, int pass);
     void begin_pass(std::span<const Velocity> velocity);
-    double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings);
+    double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
+                       bool& converged);
     double work_of_pass();
 
     Blocks& loop_;

@@ -217,6 +217,28 @@ TEST(collision_solver, a_squeezed_ball_collides_as_often_as_the_digits_of_pi_say
     }
 }
 
+/// What touches both walls cannot leave both: where Newton's law asks for that, the pass is plastic.
+TEST(collision_solver, a_row_wedged_between_two_walls_comes_to_rest) {
+    Impacts scene;
+    for (const double x : {-0.5, 2.5}) {
+        add_body(scene.bodies, make_props(Box{}, 0.0, 0.9), {Vec3(x - 0.5 * (x < 0.0 ? 1 : -1), 0, 0), Quat::Identity()});
+    }
+    for (int i = 0; i < 3; ++i) {
+        add_body(scene.bodies, make_props(Sphere{0.5}, 1000.0, 0.9), {Vec3(i, 0, 0), Quat::Identity()},
+                 {Vec3(1.0 - i, 0, 0), Vec3::Zero()});
+    }
+    scene.pair(0, 2);
+    scene.pair(2, 3);
+    scene.pair(3, 4);
+    scene.pair(1, 4);
+    const CollisionReport report = scene.resolve();
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.passes, 12);
+    for (const Velocity& velocity : scene.velocity) {
+        EXPECT_LE(velocity.v.norm(), 0.05); // below what counts as an impact
+    }
+}
+
 TEST(collision_solver, passes_that_come_to_no_end_are_reported) {
     Impacts scene = squeezed_ball(1e6); // 3141 collisions
     scene.most_sweeps = 4000;
