@@ -19,23 +19,24 @@ struct Best {
         index = select(better, real(i), index);
         side = select(better, select(offset >= 0.0, real(1.0), real(-1.0)), side);
     }
-    LANES_INLINE void write(BoxAxes* axes, const int* result, int lanes, AxisChoice BoxAxes::* kind) const {
+    LANES_INLINE void write(const AxesSearch& search, AxisChoice BoxAxes::* kind) const {
         Lanes s;
         Lanes i;
         Lanes d;
         store(s, separation);
         store(i, index);
         store(d, side);
-        for (int l = 0; l < lanes; ++l) {
-            axes[result[l]].*kind = {s.x[l], static_cast<int>(i.x[l]), static_cast<int>(d.x[l])};
+        for (int l = 0; l < search.count; ++l) {
+            search.axes[l]->*kind = {s.x[l], static_cast<int>(i.x[l]), static_cast<int>(d.x[l])};
         }
     }
 };
 
-LANES_INLINE void search_eight(const AxesSearch& search, const int* first, const int* second, const int* result,
-                               int lanes) {
-    const Boxes a = gather_boxes(search.boxes, first);
-    const Boxes b = gather_boxes(search.boxes, second);
+} // namespace
+
+void KERNEL(const AxesSearch& search) {
+    const Boxes a = gather_boxes(search.boxes, search.a);
+    const Boxes b = gather_boxes(search.boxes, search.b);
     const Real3 b_to_a = a.centre - b.centre;
     const Mask all = real(0.0) == real(0.0);
     Real rotation[3][3];
@@ -75,28 +76,9 @@ LANES_INLINE void search_eight(const AxesSearch& search, const int* first, const
             edges.offer(crossing, s, 3 * i + j, offset);
         }
     }
-    face_a.write(search.axes, result, lanes, &BoxAxes::face_a);
-    face_b.write(search.axes, result, lanes, &BoxAxes::face_b);
-    edges.write(search.axes, result, lanes, &BoxAxes::edges);
-}
-
-} // namespace
-
-void KERNEL(const AxesSearch& search) {
-    for (std::size_t k = 0; k < search.count; k += lane_count) {
-        const auto left = static_cast<int>(search.count - k);
-        if (left >= lane_count) {
-            search_eight(search, search.first + k, search.second + k, search.result + k, lane_count);
-            continue;
-        }
-        int first[lane_count];
-        int second[lane_count];
-        for (int l = 0; l < lane_count; ++l) {
-            first[l] = search.first[k + static_cast<std::size_t>(l < left ? l : 0)];
-            second[l] = search.second[k + static_cast<std::size_t>(l < left ? l : 0)];
-        }
-        search_eight(search, first, second, search.result + k, left);
-    }
+    face_a.write(search, &BoxAxes::face_a);
+    face_b.write(search, &BoxAxes::face_b);
+    edges.write(search, &BoxAxes::edges);
 }
 
 } // namespace sim

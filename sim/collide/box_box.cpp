@@ -124,10 +124,8 @@ PlacedBoxRow box_row(const Box& box, const Pose& world_from_box) {
 
 BoxAxes box_box_axes(const PlacedBox& a, const PlacedBox& b) {
     const PlacedBoxRow rows[] = {a.row, b.row};
-    const int index[] = {0, 1};
-    const int result = 0;
     BoxAxes axes;
-    find_axes({rows, &index[0], &index[1], &result, 1, &axes});
+    find_axes({.boxes = rows, .count = 1, .a = {0}, .b = {1}, .axes = {&axes}});
     return axes;
 }
 

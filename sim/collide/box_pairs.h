@@ -3,8 +3,6 @@
 /// instruction set.
 #include "sim/base/lane_count.h"
 
-#include <cstddef>
-
 namespace sim {
 
 /// A box in the world: what the search for axes needs, in rows of 64 bytes.
@@ -32,14 +30,13 @@ struct BoxAxes {
     }
 };
 
-/// Pair k is of boxes[first[k]] and boxes[second[k]]; its axes become axes[result[k]].
+/// Pair k is of boxes[a[k]] and boxes[b[k]]; its axes become *axes[k].
 struct AxesSearch {
     const PlacedBoxRow* boxes = nullptr;
-    const int* first = nullptr;
-    const int* second = nullptr;
-    const int* result = nullptr;
-    std::size_t count = 0;
-    BoxAxes* axes = nullptr;
+    int count = 0; ///< up to lane_count
+    int a[lane_count] = {};
+    int b[lane_count] = {};
+    BoxAxes* axes[lane_count] = {};
 };
 void find_axes(const AxesSearch& search);
 

@@ -4,15 +4,11 @@
 #include "sim/collide/narrow_phase.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <variant>
 
 namespace sim {
 namespace {
-
-/// Pairs of boxes [-] looked at together: a multiple of the lanes, on the stack.
-constexpr std::size_t axes_at_once = 256;
 
 bool is_same(const Pose& a, const Pose& b) {
     return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
@@ -57,20 +53,23 @@ bool PairDistances::has_moved(const Candidate& candidate) const {
 
 /// Separating axes of the pairs of boxes among these candidates that have moved.
 void PairDistances::update_axes(std::span<const Candidate> candidates) {
-    std::array<int, axes_at_once> a;
-    std::array<int, axes_at_once> b;
-    std::array<int, axes_at_once> result;
-    std::size_t count = 0;
+    AxesSearch search{.boxes = box_rows_.data()};
+    const auto find_these = [&] {
+        find_axes(search);
+        search.count = 0;
+    };
     for (const Candidate& candidate : candidates) {
         if (candidate.are_boxes && has_moved(candidate)) {
-            a[count] = candidate.bodies.a;
-            b[count] = candidate.bodies.b;
-            result[count++] = static_cast<int>(candidate.slot);
+            search.a[search.count] = candidate.bodies.a;
+            search.b[search.count] = candidate.bodies.b;
+            search.axes[search.count++] = &axes_[candidate.slot];
         }
-        if (count == axes_at_once || &candidate == &candidates.back()) {
-            find_axes({box_rows_.data(), a.data(), b.data(), result.data(), count, axes_.data()});
-            count = 0;
+        if (search.count == lane_count) {
+            find_these();
         }
+    }
+    if (search.count > 0) {
+        find_these();
     }
 }
 

@@ -1,5 +1,6 @@
 /// The inner pieces alone: manifolds and axes of two boxes, the search for pairs, one sweep, a call of libccd.
 #include "sim/block/blocks.h"
+#include "sim/collide/box_box.h"
 #include "sim/collide/broad_phase.h"
 #include "sim/collide/narrow_phase.h"
 #include "sim/model/integrate.h"
@@ -99,18 +100,23 @@ BENCHMARK(broad_phase_update)->Arg(10)->Arg(20)->Unit(benchmark::kMicrosecond);
 /// Axes of eight thousand pairs of cubes.
 void axes_of_8000_pairs(benchmark::State& state) {
     std::vector<sim::PlacedBoxRow> rows;
-    std::vector<int> first;
-    std::vector<int> second;
-    std::vector<int> result;
+    std::vector<sim::BoxAxes> axes(8000);
+    std::vector<sim::AxesSearch> searches;
     for (int i = 0; i < 8000; ++i) {
         rows.push_back(sim::box_row({}, {Vec3::Constant(0.3 * (i % 7)), Quat(Eigen::AngleAxisd(0.37 * i, Vec3(1, 2, 3).normalized()))}));
-        first.push_back(i);
-        second.push_back((i * 31 + 1) % 8000);
-        result.push_back(i);
+        if (i % sim::lane_count == 0) {
+            searches.emplace_back();
+        }
+        sim::AxesSearch& search = searches.back();
+        search.a[search.count] = i;
+        search.b[search.count] = (i * 31 + 1) % 8000;
+        search.axes[search.count++] = &axes[static_cast<std::size_t>(i)];
     }
-    std::vector<sim::BoxAxes> axes(8000);
     for (auto _ : state) {
-        sim::find_axes({rows.data(), first.data(), second.data(), result.data(), first.size(), axes.data()});
+        for (sim::AxesSearch& search : searches) {
+            search.boxes = rows.data();
+            sim::find_axes(search);
+        }
         benchmark::DoNotOptimize(axes.data());
     }
     state.SetItemsProcessed(state.iterations() * 8000);

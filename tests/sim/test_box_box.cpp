@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <numbers>
-#include <ranges>
 
 using namespace sim;
 
@@ -328,7 +327,7 @@ TEST(box_box, faces_touch_where_one_polygon_cut_by_the_other_has_its_corners) {
         for (const Contact& contact : contacts) {
             const Vec3 on_above = contact.at.b();
             const auto distance = [&](const Vec3& corner) { return (corner - on_above).norm(); };
-            EXPECT_LT(std::ranges::min(corners | std::views::transform(distance)), 1e-13);
+            EXPECT_LT(distance(std::ranges::min(corners, {}, distance)), 1e-13);
             EXPECT_NEAR(contact.at.gap, on_above.z() - 0.2, 1e-14);
             const ContactGeometry at = contact_geometry(contact.feature, below.world_from_body, above.world_from_body);
             EXPECT_LT((at.b() - on_above).norm(), 1e-13);
@@ -343,27 +342,29 @@ TEST(box_box, axes_of_many_pairs_are_those_of_each) {
     Numbers numbers(5);
     std::vector<PlacedBox> boxes;
     std::vector<PlacedBoxRow> rows;
-    std::vector<int> first;
-    std::vector<int> second;
-    std::vector<int> result;
-    for (int i = 0; i < 43; ++i) { // not a multiple of the lanes
+    for (int i = 0; i < 43; ++i) {
         const Pose pose = i % 4 == 0 ? Pose{numbers.vector(1.0), Quat::Identity()} : numbers.pose(1.0);
         boxes.push_back(at(Vec3(0.4, 0.5, 0.6), pose));
         rows.push_back(boxes.back().row);
-        first.push_back(i);
-        second.push_back(i / 2);
-        result.push_back(42 - i);
     }
-    std::vector<BoxAxes> axes(43);
-    find_axes({rows.data(), first.data(), second.data(), result.data(), first.size(), axes.data()});
-    for (int i = 1; i < 43; ++i) {
-        const auto k = static_cast<std::size_t>(i);
-        const BoxAxes expected = box_box_axes(boxes[k], boxes[k / 2]);
-        const BoxAxes& found = axes[42 - k];
-        for (const auto kind : {&BoxAxes::face_a, &BoxAxes::face_b, &BoxAxes::edges}) {
-            EXPECT_EQ((found.*kind).separation, (expected.*kind).separation);
-            EXPECT_EQ((found.*kind).index, (expected.*kind).index);
-            EXPECT_EQ((found.*kind).side, (expected.*kind).side);
+    for (int first = 1; first < 43; first += lane_count) { // of the last eight pairs two
+        AxesSearch search{.boxes = rows.data(), .count = std::min(lane_count, 43 - first)};
+        std::array<BoxAxes, lane_count> found;
+        for (int lane = 0; lane < search.count; ++lane) {
+            search.a[lane] = first + lane;
+            search.b[lane] = (first + lane) / 2;
+            search.axes[lane] = &found[static_cast<std::size_t>(lane)];
+        }
+        find_axes(search);
+        for (int lane = 0; lane < search.count; ++lane) {
+            const auto a = static_cast<std::size_t>(search.a[lane]);
+            const BoxAxes expected = box_box_axes(boxes[a], boxes[a / 2]);
+            for (const auto kind : {&BoxAxes::face_a, &BoxAxes::face_b, &BoxAxes::edges}) {
+                const AxisChoice& choice = search.axes[lane]->*kind;
+                EXPECT_EQ(choice.separation, (expected.*kind).separation);
+                EXPECT_EQ(choice.index, (expected.*kind).index);
+                EXPECT_EQ(choice.side, (expected.*kind).side);
+            }
         }
     }
 }
