@@ -70,7 +70,7 @@ Contact edge_contact(const PlacedBox& a, const PlacedBox& b, const AxisChoice& a
     return contact;
 }
 
-/// The contacts of two faces. n: outward normal of the reference face.
+/// The contacts of two faces. choice: the axis of the reference, which is a face of a or of b.
 void face_contacts(const PlacedBox& a, const PlacedBox& b, bool is_a, const AxisChoice& choice, const FaceCorners& corners,
                    const ContactList& to) {
     const PlacedBox& reference = is_a ? a : b;

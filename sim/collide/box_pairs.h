@@ -48,11 +48,14 @@ struct FaceCorner {
     unsigned id;            ///< 0..63: the features that cross there
 };
 
+/// Most corners [-] of what two rectangles have in common.
+inline constexpr int most_face_corners = 8;
+
 /// All corners, by ascending ids.
 struct FaceCorners {
     int incident_face = 0; ///< of the incident box, most opposed to the reference: 2 * axis + (outward is + ? 0 : 1)
     int count = 0;
-    FaceCorner corners[8];
+    FaceCorner corners[most_face_corners];
 };
 
 /// Pair k is of a face of boxes[reference[k]], with the normal outward.x[k] along its axis axis.x[k], and of boxes[incident[k]];

@@ -170,7 +170,8 @@ void take_lane(const FaceClip& clip, const Slots& slots, int l, int incident_axi
     const auto axis = static_cast<int>(clip.axis.x[l]);
     out.incident_face = 2 * incident_axis + (side > 0.0 ? 0 : 1);
     out.count = 0;
-    for (unsigned slot = 0; slot < slot_count && out.count < 8; ++slot) { // more are the same point again, by rounding
+    // More than the most are the same point again, by rounding.
+    for (unsigned slot = 0; slot < slot_count && out.count < most_face_corners; ++slot) {
         if ((slots.there[slot] >> l & 1u) == 0) {
             continue;
         }

@@ -26,7 +26,7 @@ parts='60|friction|bouncing_ball|friction|stop_slip|can_stick|sliding_sum
 60|compounds|rolling_ball|Compound
 60|gyroscopic term of a ball|rolling_ball|symmetric_rotation
 60|boxes against boxes|bouncing_ball|sim/collide/(box_box|axes_kernel|faces_kernel)
-400|contacts, of a lone body|free_rotation|sim/(block|solve/(contact_|rest_)|collide/(box_|axes_|narrow_|convex|separating|ccd_))
+400|contacts, of a lone body|free_rotation|sim/(block|solve/(contact_|rest_)|collide/(box_|axes_|faces_|narrow_|convex|separating|ccd_))
 400|collisions, of a lone body|free_rotation|sim/solve/collision_solver'
 
 # FILE:LINE and instructions, of a run of N steps of a scene.
