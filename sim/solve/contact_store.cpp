@@ -63,17 +63,30 @@ bool RestingContacts::update_mark(const Bodies& bodies, const PairContacts& pair
     return lost || stopped;
 }
 
-/// Does the impulse of one of the block's contacts exceed by far what its force of the last step, or a weight, would give?
-bool RestingContacts::grows(const BlockBatch& batch, std::size_t lane) const {
+/// Sum of the block's normal impulses [N s].
+double RestingContacts::load_on(const BlockBatch& batch, std::size_t lane) const {
+    double sum = 0.0;
+    for (const BatchPoint& point : loop.points_of(batch)) {
+        sum += point.p_n.x[lane];
+    }
+    return sum;
+}
+
+/// How much of the block's impulses is a force [-].
+double RestingContacts::force_share(const Block& block) const {
+    const std::size_t lane = Blocks::lane_of(block);
+    const double sum = load_on(loop.batch_of(block), lane);
+    const double force = rest_blocks[static_cast<std::size_t>(block.lane) / lane_count].load.x[lane];
+    return sum > 0.0 ? std::min(force / sum, 1.0) : 1.0;
+}
+
+/// Do the block's impulses exceed by far what its force of the last step, or a weight, would give?
+bool RestingContacts::grows(std::size_t i, std::size_t lane) const {
+    const BlockBatch& batch = loop.batches[i];
     const auto inverse_mass = [&](int body) { return loop.rows()[static_cast<std::size_t>(body)].x[0]; };
     const double lightest = std::max(inverse_mass(batch.a[lane]), inverse_mass(batch.b[lane]));
     const double weight = rules_.weight * impulse_interval(batch.node_weight.x[lane], rules_.h) / lightest;
-    bool found = false;
-    for (int k = batch.first; k < batch.first + batch.count && !found; ++k) {
-        const double force = std::max(rest_points[static_cast<std::size_t>(k)].load.x[lane], weight);
-        found = loop.points[static_cast<std::size_t>(k)].p_n.x[lane] > rules_.largest_growth * force;
-    }
-    return found;
+    return load_on(batch, lane) > rules_.largest_growth * std::max(rest_blocks[i].load.x[lane], weight);
 }
 
 /// Does an impact load the block in lane `lane` of batch i? A speculative one that is held ahead; or one too slow to collide,
@@ -85,7 +98,7 @@ bool RestingContacts::is_hit(std::size_t i, std::size_t lane) const {
         const BatchPoint& point = loop.points[static_cast<std::size_t>(k)];
         closes = (point.closing >> lane & 1u) != 0 && point.p_n.x[lane] > 0.0;
     }
-    return closes || ((rest_blocks[i].fresh >> lane & 1u) != 0 && grows(batch, lane));
+    return closes || ((rest_blocks[i].fresh >> lane & 1u) != 0 && grows(i, lane));
 }
 
 /// Which bodies impacts hit, and which they reach through contacts that pass them on. An impact acts as a whole within the
@@ -105,12 +118,13 @@ void RestingContacts::find_hit_bodies(const Bodies& bodies) {
     }
     while (is_passed_on) {
         is_passed_on = false;
-        for (const BlockBatch& batch : loop.batches) {
+        for (std::size_t i = 0; i < loop.batches.size(); ++i) {
+            const BlockBatch& batch = loop.batches[i];
             for (std::size_t lane = 0; lane < lane_count; ++lane) {
                 char& a = is_reached_[static_cast<std::size_t>(batch.a[lane])];
                 char& b = is_reached_[static_cast<std::size_t>(batch.b[lane])];
                 const bool is_between = (batch.moves_a & batch.moves_b & (1u << lane)) != 0;
-                if (a != b && is_between && grows(batch, lane)) {
+                if (a != b && is_between && grows(i, lane)) {
                     a = b = 1;
                     is_passed_on = true;
                 }
@@ -170,15 +184,15 @@ DriveWork RestingContacts::work_by(std::span<const Velocity> velocity) const {
         const BlockBatch& batch = loop.batch_of(block);
         const std::size_t lane = Blocks::lane_of(block);
         const Vec6 twist = LaneFrame(batch, lane).relative_twist(velocity);
+        const double after = 1.0 - batch.node_weight.x[lane] * force_share(block);
         for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
             const BatchPoint& in_lanes = loop.points_of(batch)[k];
             const LanePoint point(in_lanes, lane);
-            const double load = rest_points[static_cast<std::size_t>(batch.first) + k].load.x[lane];
             const double work =
                 -(point.p_n * point.normal_velocity(twist) + point.p_t.dot(point.tangential_velocity(twist)));
             const bool is_ahead = (in_lanes.ahead >> lane & 1u) != 0;
             sum.all += work;
-            sum.ahead += is_ahead || point.p_n == 0.0 ? work : (1.0 - batch.node_weight.x[lane] * (load / point.p_n)) * work;
+            sum.ahead += is_ahead || point.p_n == 0.0 ? work : after * work;
         }
     }
     return sum;

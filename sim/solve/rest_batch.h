@@ -9,7 +9,6 @@ namespace sim {
 /// Point k of each block of a batch, beside its BatchPoint.
 struct RestPoint {
     Lanes gap_target; ///< [m] at t0 + h
-    Lanes load; ///< [N s] that the force of the last step would give in this interval; once stored, how much of p_n is a force
 };
 
 /// A batch, beside its BlockBatch.
@@ -18,6 +17,7 @@ struct RestBlock {
     Lanes edge_b[3];
     Lanes least_gap;    ///< [m] of the pair as the interval begins: a contact that repair found may overlap there by more
     Lanes reach;        ///< [m] of crossing edges: how far the touch may wander
+    Lanes load; ///< [N s] that the force of the last step would give in this interval; once stored, how much of p_n is a force
     unsigned edges = 0; ///< bit l: one of its points is of crossing edges
     unsigned plain = 0; ///< bit l: all points but those of crossing edges are fixed to one body, at a face of the other: measured in lanes
     unsigned fresh = 0; ///< bit l: none of its points touched at the last instant, and it approaches

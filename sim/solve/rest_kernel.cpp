@@ -65,11 +65,24 @@ LANES_INLINE Real node_weight_of(const RestWork& work, const BlockBatch& batch, 
     return select(touches, last / (last + real(work.rules->h)), real(1.0));
 }
 
+/// Sum of the block's normal impulses.
+LANES_INLINE Real load_on(const BlockBatch& batch, const BatchPoint* points) {
+    Real sum = load(points[0].p_n);
+    for (int k = 1; k < batch.count; ++k) {
+        sum += load(points[k].p_n);
+    }
+    return sum;
+}
+
+/// Share [-] of the block's load that is no force.
+LANES_INLINE Real share_beyond(const Real& force, const Real& sum) {
+    const Mask loaded = sum > 0.0;
+    return select(loaded, 1.0 - force / select(loaded, sum, real(1.0)), real(0.0));
+}
+
 /// Of the impulses that a solve starts from, the share [-] that is uncertain: see ContactSolver::scale_guess().
-LANES_INLINE Real uncertain_share(const RestRules& rules, const Real& p_n, const Real& force) {
-    const Mask loaded = p_n > 0.0;
-    const Real answer = rules.is_stretched ? real(1.0) : 1.0 - force / select(loaded, p_n, real(1.0));
-    return select(loaded, answer, real(0.0));
+LANES_INLINE Real uncertain_share(const RestRules& rules, const BlockBatch& batch, const RestBlock& block, const BatchPoint* points) {
+    return share_beyond(rules.is_stretched ? real(0.0) : load(block.load), load_on(batch, points));
 }
 
 /// Targets, marks and impulses of the points.
@@ -87,9 +100,8 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
     Mask sticks = nowhere();
     Mask touched = nowhere();
     Mask approaches = nowhere();
-    Mask uncertain = nowhere();
+    Real force = zero;
     for (int k = 0; k < batch.count; ++k) {
-        RestPoint& r = rest[k];
         const Mask here = lanes_of(points[k].there);
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
@@ -103,15 +115,13 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         const Real kept = max(gap, real(-rules.band));
         const Real begun = min(max(gap, load(block.least_gap)), kept);
         const Real push = max(h * sqrt(max(-(2.0 * rules.weight * begun), zero)), real(rules.tolerance));
-        store(r.gap_target, select(gap <= rules.band, begun + rules.step_share * (min(kept, begun + push) - begun), zero));
+        store(rest[k].gap_target, select(gap <= rules.band, begun + rules.step_share * (min(kept, begun + push) - begun), zero));
         const Mask loaded = here & (memory.p_n > 0.0);
         const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
-        const Real force = stretch * memory.force_share * memory.p_n;
-        store(r.load, force);
+        force += stretch * memory.force_share * memory.p_n;
         const Mask warm = rules.warm_start ? loaded : nowhere();
         const Real started = select(warm, stretch, zero);
         const Real p_n = started * memory.p_n;
-        uncertain |= uncertain_share(rules, p_n, force) > 0.0;
         store(points[k].p_n, p_n);
         store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
         store(points[k].p_t[1], started * dot(memory.p_t, f.t2));
@@ -125,7 +135,8 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
     }
     batch.sticking = bits_of(sticks);
     block.fresh = bits_of(approaches & ~touched);
-    block.is_certain = !any(uncertain);
+    store(block.load, force);
+    block.is_certain = !any(uncertain_share(rules, batch, block, points) > 0.0);
 }
 
 /// Gives the bodies share_of(k) [-] of the impulses of each point k.
@@ -150,20 +161,19 @@ LANES_INLINE void apply(const BodyRows* rows, double* velocity, const BlockBatch
 }
 
 /// Of the uncertain share of the impulses with what the points part faster by than their targets [J].
-LANES_INLINE double uncertain_work(const RestWork& work, const BlockBatch& batch, const BatchPoint* points, const RestPoint* rest) {
+LANES_INLINE double uncertain_work(const RestWork& work, const BlockBatch& batch, const RestBlock& block, const BatchPoint* points) {
     const Twist twist = twist_of(work.before, batch, frame_of(batch));
     Real sum = real(0.0);
     for (int k = 0; k < batch.count; ++k) {
         const Real p_n = load(points[k].p_n);
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
-        sum += uncertain_share(*work.rules, p_n, load(rest[k].load)) *
-               (p_n * (twist.normal(x, y) - load(points[k].u_n_target)) +
-                load(points[k].p_t[0]) * (twist.tangential1(y) - load(points[k].u_t_target[0])) +
-                load(points[k].p_t[1]) * (twist.tangential2(x) - load(points[k].u_t_target[1])));
+        sum += p_n * (twist.normal(x, y) - load(points[k].u_n_target)) +
+               load(points[k].p_t[0]) * (twist.tangential1(y) - load(points[k].u_t_target[0])) +
+               load(points[k].p_t[1]) * (twist.tangential2(x) - load(points[k].u_t_target[1]));
     }
     Lanes of_lanes;
-    store(of_lanes, sum);
+    store(of_lanes, uncertain_share(*work.rules, batch, block, points) * sum);
     double all = 0.0;
     for (const double of_lane : of_lanes.x) {
         all += of_lane;
@@ -172,11 +182,10 @@ LANES_INLINE double uncertain_work(const RestWork& work, const BlockBatch& batch
 }
 
 /// Keeps a part of the uncertain share of the impulses.
-LANES_INLINE void scale(const RestWork& work, const BlockBatch& batch, BatchPoint* points, const RestPoint* rest) {
+LANES_INLINE void scale(const RestWork& work, const BlockBatch& batch, const RestBlock& block, BatchPoint* points) {
+    const Real left = 1.0 - (1.0 - work.kept) * uncertain_share(*work.rules, batch, block, points);
     for (int k = 0; k < batch.count; ++k) {
-        const Real p_n = load(points[k].p_n);
-        const Real left = 1.0 - (1.0 - work.kept) * uncertain_share(*work.rules, p_n, load(rest[k].load));
-        store(points[k].p_n, left * p_n);
+        store(points[k].p_n, left * load(points[k].p_n));
         store(points[k].p_t[0], left * load(points[k].p_t[0]));
         store(points[k].p_t[1], left * load(points[k].p_t[1]));
     }
@@ -306,12 +315,11 @@ LANES_INLINE void scatter_rows(double* const* to, unsigned lanes, Real rows[8]) 
 }
 
 /// What the contacts of the batch hand to the next interval.
-LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, const RestBlock& block, const BatchPoint* points,
-                           RestPoint* rest) {
+LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, RestBlock& block, const BatchPoint* points,
+                                 const RestPoint* rest) {
     const RestRules& rules = *work.rules;
     const double h = rules.h;
     const Real zero = real(0.0);
-    const Real one = real(1.0);
     const Frame f = frame_of(batch);
     const Twist twist = twist_of(work.velocity, batch, f);
     Mask at_limit;
@@ -325,11 +333,13 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
     gather<16>(work.begin->x, batch.a, a);
     gather<16>(work.begin->x, batch.b, b);
     const Real weight = sqrt(dot(g, g)) * interval / max(a[0], b[0]);
-    const Mask hit = lanes_of(block.hit);
+    const Real sum = load_on(batch, points);
+    const Real force = select(lanes_of(block.hit), min(sum, max(load(block.load), weight)), sum);
+    store(block.load, force);
+    const Real force_share = 1.0 - share_beyond(force, sum);
     const Twist before = twist_of(work.before, batch, f);
     const Real fall = fall_of(rules, batch, f.n);
     for (int k = 0; k < batch.count; ++k) {
-        RestPoint& r = rest[k];
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
         const Real p_n = load(points[k].p_n);
@@ -337,14 +347,10 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
         const Real p_2 = load(points[k].p_t[1]);
         const Mask loaded = p_n > 0.0;
         const Mask ahead = lanes_of(points[k].ahead);
-        const Real force = max(load(r.load), weight);
-        const Mask answers = hit & (p_n > force);
-        const Real force_share = select(answers, force / select(answers, p_n, one), one);
-        store(r.load, select(answers, force, p_n));
         const Real u_n = twist.normal(x, y);
         const Real u_1 = twist.tangential1(y);
         const Real u_2 = twist.tangential2(x);
-        const Real gap = load(r.gap_target) - h * (load(points[k].u_n_target) - u_n);
+        const Real gap = load(rest[k].gap_target) - h * (load(points[k].u_n_target) - u_n);
         const Mask impact = lanes_of(points[k].closing) & (gap <= rules.tolerance);
         const Real u_n_before = before.normal(x, y);
         const Real taken = -(0.5 * p_n * (u_n_before + u_n)) -
@@ -389,22 +395,20 @@ double KERNEL(const RestWork& work) {
             apply(work.begin, work.velocity, batch, points, [](int) { return real(1.0); });
         } else if (work.phase == RestPhase::uncertain) {
             if (!block.is_certain) {
-                apply(work.begin, work.velocity, batch, points,
-                      [&](int k) { return uncertain_share(*work.rules, load(points[k].p_n), load(rest[k].load)); });
+                const Real share = uncertain_share(*work.rules, batch, block, points);
+                apply(work.begin, work.velocity, batch, points, [&](int) { return share; });
             }
         } else if (work.phase == RestPhase::uncertain_work) {
-            work.parts[i] = block.is_certain ? 0.0 : uncertain_work(work, batch, points, rest);
+            work.parts[i] = block.is_certain ? 0.0 : uncertain_work(work, batch, block, points);
         } else if (work.phase == RestPhase::scale) {
             if (!block.is_certain) {
-                scale(work, batch, points, rest);
+                scale(work, batch, block, points);
             }
         } else if (work.phase == RestPhase::store) {
             store_impulses(work, batch, block, points, rest);
-            apply(work.begin, work.at_node, batch, points, [&](int k) {
-                const Real p_n = load(points[k].p_n);
-                const Mask acts = (p_n > 0.0) & ~lanes_of(points[k].ahead);
-                return select(acts, load(batch.node_weight) * (load(rest[k].load) / select(acts, p_n, real(1.0))), real(0.0));
-            });
+            const Real before = load(batch.node_weight) * (1.0 - share_beyond(load(block.load), load_on(batch, points)));
+            apply(work.begin, work.at_node, batch, points,
+                  [&](int k) { return select(lanes_of(points[k].ahead), real(0.0), before); });
         } else {
             Lanes errors;
             store(errors, measure(work, batch, block, points, rest));

@@ -72,16 +72,16 @@ void RestingContacts::remember(const Block& block, PairContacts& pair) const {
     const BlockBatch& batch = loop.batch_of(block);
     const std::size_t lane = Blocks::lane_of(block);
     const LaneFrame frame(batch, lane);
+    const double share = force_share(block);
     auto at = static_cast<std::size_t>(batch.first);
     for (const Contact* contact : loop.contacts_of(block)) {
-        const LanePoint point(loop.points[at], lane);
+        const LanePoint point(loop.points[at++], lane);
         ContactMemory& memory = pair.memory_of(*contact);
         const double interval = impulse_interval(batch.node_weight.x[lane], rules_.h);
         memory.p_n = point.p_n;
         memory.p_t = frame.frame.leftCols<2>() * point.p_t;
         memory.signed_interval = memory.is_sticking() ? -interval : interval;
-        memory.force_share = point.p_n > 0.0 ? std::min(rest_points[at].load.x[lane] / point.p_n, 1.0) : 1.0;
-        ++at;
+        memory.force_share = share;
     }
 }
 
