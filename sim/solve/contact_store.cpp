@@ -2,6 +2,8 @@
 #include "sim/solve/time_of_impact.h"
 
 #include <algorithm>
+#include <bit>
+#include <utility>
 
 namespace sim {
 
@@ -63,72 +65,45 @@ bool RestingContacts::update_mark(const Bodies& bodies, const PairContacts& pair
     return lost || stopped;
 }
 
-/// Sum of the block's normal impulses [N s].
-double RestingContacts::load_on(const BlockBatch& batch, std::size_t lane) const {
+/// How much of the block's impulses is a force [-].
+double RestingContacts::force_share(const Block& block) const {
+    const BlockBatch& batch = loop.batch_of(block);
+    const std::size_t lane = Blocks::lane_of(block);
     double sum = 0.0;
     for (const BatchPoint& point : loop.points_of(batch)) {
         sum += point.p_n.x[lane];
     }
-    return sum;
-}
-
-/// How much of the block's impulses is a force [-].
-double RestingContacts::force_share(const Block& block) const {
-    const std::size_t lane = Blocks::lane_of(block);
-    const double sum = load_on(loop.batch_of(block), lane);
     const double force = rest_blocks[static_cast<std::size_t>(block.lane) / lane_count].load.x[lane];
     return sum > 0.0 ? std::min(force / sum, 1.0) : 1.0;
-}
-
-/// Do the block's impulses exceed by far what its force of the last step, or a weight, would give?
-bool RestingContacts::grows(std::size_t i, std::size_t lane) const {
-    const BlockBatch& batch = loop.batches[i];
-    const auto inverse_mass = [&](int body) { return loop.rows()[static_cast<std::size_t>(body)].x[0]; };
-    const double lightest = std::max(inverse_mass(batch.a[lane]), inverse_mass(batch.b[lane]));
-    const double weight = rules_.weight * impulse_interval(batch.node_weight.x[lane], rules_.h) / lightest;
-    return load_on(batch, lane) > rules_.largest_growth * std::max(rest_blocks[i].load.x[lane], weight);
-}
-
-/// Does an impact load the block in lane `lane` of batch i? A speculative one that is held ahead; or one too slow to collide,
-/// which wedges bodies: it did not touch, and now bears far more than a weight.
-bool RestingContacts::is_hit(std::size_t i, std::size_t lane) const {
-    const BlockBatch& batch = loop.batches[i];
-    bool closes = false;
-    for (int k = batch.first; k < batch.first + batch.count && !closes; ++k) {
-        const BatchPoint& point = loop.points[static_cast<std::size_t>(k)];
-        closes = (point.closing >> lane & 1u) != 0 && point.p_n.x[lane] > 0.0;
-    }
-    return closes || ((rest_blocks[i].fresh >> lane & 1u) != 0 && grows(i, lane));
 }
 
 /// Which bodies impacts hit, and which they reach through contacts that pass them on. An impact acts as a whole within the
 /// interval, and so do the answers of the contacts that these bodies have: the instants before and after have no part of them.
 void RestingContacts::find_hit_bodies(const Bodies& bodies) {
+    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) { work(RestPhase::hits, first, last, {}); });
     is_reached_.assign(bodies.props.size(), 0);
+    // Calls reach(a, b), are they reached, for the bodies of the blocks in these lanes of batch i.
+    const auto for_each_in = [&](std::size_t i, unsigned lanes, auto&& reach) {
+        for (; lanes != 0; lanes &= lanes - 1) {
+            const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
+            reach(is_reached_[static_cast<std::size_t>(loop.batches[i].a[lane])],
+                  is_reached_[static_cast<std::size_t>(loop.batches[i].b[lane])]);
+        }
+    };
     bool is_passed_on = false;
     for (std::size_t i = 0; i < loop.batches.size(); ++i) {
-        const BlockBatch& batch = loop.batches[i];
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            if (batch.block[lane] >= 0 && is_hit(i, lane)) {
-                is_reached_[static_cast<std::size_t>(batch.a[lane])] = 1;
-                is_reached_[static_cast<std::size_t>(batch.b[lane])] = 1;
-                is_passed_on = true;
-            }
-        }
+        for_each_in(i, rest_blocks[i].hit, [&](char& a, char& b) {
+            a = b = 1;
+            is_passed_on = true;
+        });
     }
-    while (is_passed_on) {
-        is_passed_on = false;
+    while (std::exchange(is_passed_on, false)) {
         for (std::size_t i = 0; i < loop.batches.size(); ++i) {
             const BlockBatch& batch = loop.batches[i];
-            for (std::size_t lane = 0; lane < lane_count; ++lane) {
-                char& a = is_reached_[static_cast<std::size_t>(batch.a[lane])];
-                char& b = is_reached_[static_cast<std::size_t>(batch.b[lane])];
-                const bool is_between = (batch.moves_a & batch.moves_b & (1u << lane)) != 0;
-                if (a != b && is_between && grows(i, lane)) {
-                    a = b = 1;
-                    is_passed_on = true;
-                }
-            }
+            for_each_in(i, rest_blocks[i].grows & batch.moves_a & batch.moves_b, [&](char& a, char& b) {
+                is_passed_on = is_passed_on || a != b;
+                a = b = a | b;
+            });
         }
     }
     for (std::size_t i = 0; i < loop.batches.size(); ++i) {

@@ -21,7 +21,8 @@ struct RestBlock {
     unsigned edges = 0; ///< bit l: one of its points is of crossing edges
     unsigned plain = 0; ///< bit l: all points but those of crossing edges are fixed to one body, at a face of the other: measured in lanes
     unsigned fresh = 0; ///< bit l: none of its points touched at the last instant, and it approaches
-    unsigned hit = 0;   ///< bit l: an impact reaches a body of it
+    unsigned grows = 0; ///< bit l: its impulses exceed by far what its force of the last step, or a weight, would give
+    unsigned hit = 0;   ///< bit l: an impact loads it; then, an impact reaches a body of it
     bool is_certain = true; ///< none of the impulses that the solve starts from is uncertain
 };
 
@@ -52,6 +53,7 @@ enum class RestPhase {
     uncertain,      ///< gives them the uncertain share of the impulses
     uncertain_work, ///< its work against what the others lead to
     scale,          ///< keeps a part of it
+    hits,    ///< which blocks impacts load, and which pass them on
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]
     store    ///< what the contacts hand to the next interval; gives the bodies what acts before t0 of the impulses that are forces
 };

@@ -285,6 +285,29 @@ LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlo
     return worst;
 }
 
+/// What a weight, that of the lighter body, gives in the interval.
+LANES_INLINE Real weight_of(const RestWork& work, const BlockBatch& batch, const Real& interval) {
+    Lanes inverse_mass;
+    for (int l = 0; l < lane_count; ++l) {
+        const double a = work.begin[batch.a[l]].x[0];
+        const double b = work.begin[batch.b[l]].x[0];
+        inverse_mass.x[l] = a > b ? a : b;
+    }
+    return work.rules->weight * interval / load(inverse_mass);
+}
+
+/// Which blocks does an impact load? A speculative one that is held ahead; or one too slow to collide, which wedges bodies: it
+/// did not touch, and now bears far more than a weight.
+LANES_INLINE void find_hits(const RestWork& work, const BlockBatch& batch, RestBlock& block, const BatchPoint* points) {
+    const Real interval = impulse_interval(load(batch.node_weight), work.rules->h);
+    const Real force = max(load(block.load), weight_of(work, batch, interval));
+    block.grows = bits_of(load_on(batch, points) > work.rules->largest_growth * force);
+    block.hit = block.fresh & block.grows;
+    for (int k = 0; k < batch.count; ++k) {
+        block.hit |= points[k].closing & bits_of(load(points[k].p_n) > 0.0);
+    }
+}
+
 /// Where has friction reached its limit, and the points slip? at_limit: where it has.
 LANES_INLINE Mask loses_mark(const RestRules& rules, const BlockBatch& batch, const BatchPoint* points, const Twist& twist,
                              Mask& at_limit) {
@@ -327,14 +350,8 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
     const Mask has_friction = load(batch.mu) > 0.0;
     const Mask keeps = has_friction & (((lanes_of(batch.sticking)) & ~lost) | ~at_limit);
     const Real interval = impulse_interval(load(batch.node_weight), h);
-    const Real3 g{real(rules.gravity[0]), real(rules.gravity[1]), real(rules.gravity[2])};
-    Real a[8];
-    Real b[8];
-    gather<16>(work.begin->x, batch.a, a);
-    gather<16>(work.begin->x, batch.b, b);
-    const Real weight = sqrt(dot(g, g)) * interval / max(a[0], b[0]);
     const Real sum = load_on(batch, points);
-    const Real force = select(lanes_of(block.hit), min(sum, max(load(block.load), weight)), sum);
+    const Real force = select(lanes_of(block.hit), min(sum, max(load(block.load), weight_of(work, batch, interval))), sum);
     store(block.load, force);
     const Real force_share = 1.0 - share_beyond(force, sum);
     const Twist before = twist_of(work.before, batch, f);
@@ -404,6 +421,8 @@ double KERNEL(const RestWork& work) {
             if (!block.is_certain) {
                 scale(work, batch, block, points);
             }
+        } else if (work.phase == RestPhase::hits) {
+            find_hits(work, batch, block, points);
         } else if (work.phase == RestPhase::store) {
             store_impulses(work, batch, block, points, rest);
             const Real before = load(batch.node_weight) * (1.0 - share_beyond(load(block.load), load_on(batch, points)));

@@ -67,10 +67,7 @@ private:
                            std::span<const Velocity> at_node);
     void set_mark(Block& block, bool sticks);
     bool update_mark(const Bodies& bodies, const PairContacts& pair, Block& block, std::span<const Velocity> velocity);
-    double load_on(const BlockBatch& batch, std::size_t lane) const;
     double force_share(const Block& block) const;
-    bool grows(std::size_t i, std::size_t lane) const;
-    bool is_hit(std::size_t i, std::size_t lane) const;
     void find_hit_bodies(const Bodies& bodies);
     void forget_left_out(std::vector<PairContacts>& pairs) const;
 
