@@ -106,25 +106,29 @@ TEST(law_energy, too_few_sweeps_throw_nothing) {
     }
 }
 
-/// A jam in which the work of a step does not suffice for the tolerance: nothing is thrown, and a few steps later all is well.
+/// Jams in which the work of a step does not suffice for the tolerance: nothing is thrown, and a few steps later all is well.
+/// Each has 0 to 10 such steps, as each change of rounding has it.
 TEST(law_energy, a_step_whose_work_is_spent_is_made_good) {
-    sim::World world(film("funnel", {"simulation.time_step=1/500", "simulation.velocity_tolerance=0.025", "simulation.iteration_limit=100"}));
     double gain = 0.0;
     int unfinished = 0;
-    sim::StepReport report;
-    while (world.time() < 1.4) {
-        report = world.step();
-        gain = std::max(gain, report.energy_gain);
-        unfinished += report.is_out_of_work ? 1 : 0;
+    for (int seed = 1; seed <= 3; ++seed) {
+        sim::World world(film("funnel", {"simulation.time_step=1/500", "simulation.velocity_tolerance=0.025",
+                                         "simulation.iteration_limit=100", fmt::format("lattice.cube.seed={}", seed)}));
+        sim::StepReport report;
+        while (world.time() < 1.4) {
+            report = world.step();
+            gain = std::max(gain, report.energy_gain);
+            unfinished += report.is_out_of_work ? 1 : 0;
+        }
+        for (int later = 0; later < 20 && report.max_penetration > 1e-4; ++later) {
+            report = world.step();
+        }
+        EXPECT_LE(report.max_penetration, 1e-4) << seed;
     }
-    record({"funnel at 1/500 s, 100 sweeps", "steps whose work is spent, of 700 [-]", 1.0 / 500, static_cast<double>(unfinished), 5.0});
+    record({"funnel at 1/500 s, 100 sweeps", "steps whose work is spent, of 2100 [-]", 1.0 / 500, static_cast<double>(unfinished), 25.0});
     EXPECT_GT(unfinished, 0);
-    EXPECT_LE(unfinished, 5);
+    EXPECT_LE(unfinished, 25);
     EXPECT_LT(gain, 1e-3);
-    for (int later = 0; later < 20 && report.max_penetration > 1e-4; ++later) {
-        report = world.step();
-    }
-    EXPECT_LE(report.max_penetration, 1e-4);
 }
 
 /// Steps eight times too long for the tolerance, in many of which the work does not suffice.

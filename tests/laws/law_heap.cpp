@@ -162,17 +162,18 @@ TEST(law_heap, of_24_cylinders_gains_no_energy_where_impacts_cut_steps_short) {
     judge_heap("24 cylinders", heap_scene(24, {Kind::cylinder}, sim::ImpactHandling::stop), 0.62);
 }
 
-// Without features kept together that take turns in repair, each letting the other overlap: 19 divisions.
+// Without features kept together that take turns in repair, each letting the other overlap: 111 divisions; with it 50 to 60, as
+// each change of rounding has it.
 TEST(law_heap, steps_of_mixed_shapes_are_seldom_divided) {
     int divisions = 0;
-    for (int seed = 1; seed <= 24; ++seed) {
+    for (int seed = 1; seed <= 100; ++seed) {
         sim::World world(sim::parse_scene(tub, "tub.toml", std::vector<std::string>{fmt::format("lattice.piece.seed={}", seed)}));
         for (int step = 0; step < 600; ++step) {
             divisions += world.step().divisions;
         }
     }
-    record({"24 heaps of 64 shapes of four kinds, 600 steps", "divisions of steps [-]", 1e-3, static_cast<double>(divisions), 14.0});
-    EXPECT_LE(divisions, 14);
+    record({"100 heaps of 64 shapes of four kinds, 600 steps", "divisions of steps [-]", 1e-3, static_cast<double>(divisions), 80.0});
+    EXPECT_LE(divisions, 80);
 }
 
 TEST(law_heap, DISABLED_of_24_of_each_kind_and_of_all_kinds_overlaps_by_no_more_than_the_tolerance) {
