@@ -296,16 +296,19 @@ LANES_INLINE Real weight_of(const RestWork& work, const BlockBatch& batch, const
     return work.rules->weight * interval / load(inverse_mass);
 }
 
-/// Which blocks does an impact load? A speculative one that is held ahead; or one too slow to collide, which wedges bodies: it
-/// did not touch, and now bears far more than a weight.
+/// Which blocks does an impact load? A speculative one that is held ahead, at its own point or at another one of the block; or
+/// one too slow to collide, which wedges bodies: it did not touch, and now bears far more than a weight.
 LANES_INLINE void find_hits(const RestWork& work, const BlockBatch& batch, RestBlock& block, const BatchPoint* points) {
     const Real interval = impulse_interval(load(batch.node_weight), work.rules->h);
     const Real force = max(load(block.load), weight_of(work, batch, interval));
     block.grows = bits_of(load_on(batch, points) > work.rules->largest_growth * force);
-    block.hit = block.fresh & block.grows;
+    unsigned closing = 0;
+    block.hit = 0;
     for (int k = 0; k < batch.count; ++k) {
+        closing |= points[k].closing;
         block.hit |= points[k].closing & bits_of(load(points[k].p_n) > 0.0);
     }
+    block.hit |= (block.fresh | closing) & block.grows;
 }
 
 /// Where has friction reached its limit, and the points slip? at_limit: where it has.
