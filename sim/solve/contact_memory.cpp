@@ -6,42 +6,43 @@
 
 namespace sim {
 
-void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts, double reach) {
+void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts) {
     const std::vector<Contact>& old = pair.manifold.contacts;
     std::vector<ContactMemory> memory(contacts.size());
-    std::uint64_t used = 0; // a bit for each of the old ones; more than 64 are found by their ids only
-    const auto is_used = [&](std::size_t j) { return j < 64 && (used >> j & 1u) != 0; };
+    std::vector<char> is_matched(contacts.size(), 0);
+    std::vector<char> is_used(old.size(), 0);
     const auto take = [&](std::size_t i, std::size_t j) {
         memory[i] = pair.memory[j];
-        used |= j < 64 ? std::uint64_t{1} << j : 0;
+        is_matched[i] = is_used[j] = 1;
     };
-    std::uint64_t matched = 0;
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-        std::size_t j = 0;
-        while (j < old.size() && (is_used(j) || old[j].feature.id != contacts[i].feature.id)) {
-            ++j;
-        }
-        if (j < old.size()) {
-            take(i, j);
-            matched |= i < 64 ? std::uint64_t{1} << i : 0;
-        }
-    }
-    for (std::size_t i = 0; i < std::min<std::size_t>(contacts.size(), 64); ++i) {
-        if ((matched >> i & 1u) != 0) {
-            continue;
-        }
-        std::size_t nearest = old.size();
-        double distance = reach;
-        for (std::size_t j = 0; j < std::min<std::size_t>(old.size(), 64); ++j) {
-            const double d = (old[j].feature.core_a - contacts[i].feature.core_a).norm();
-            if (!is_used(j) && d < distance) {
-                nearest = j;
-                distance = d;
+    const auto for_each_left = [&](auto&& look) {
+        for (std::size_t i = 0; i < contacts.size(); ++i) {
+            for (std::size_t j = 0; j < old.size(); ++j) {
+                if (is_matched[i] == 0 && is_used[j] == 0) {
+                    look(i, j);
+                }
             }
         }
-        if (nearest < old.size()) {
-            take(i, nearest);
+    };
+    for_each_left([&](std::size_t i, std::size_t j) {
+        if (old[j].feature.id == contacts[i].feature.id) {
+            take(i, j);
         }
+    });
+    const auto count_left = [](const std::vector<char>& done) { return std::ranges::count(done, 0); };
+    for (auto left = std::min(count_left(is_matched), count_left(is_used)); left > 0; --left) {
+        double nearest = std::numeric_limits<double>::infinity();
+        std::size_t at = 0;
+        std::size_t from = 0;
+        for_each_left([&](std::size_t i, std::size_t j) {
+            const double distance = (old[j].feature.core_a - contacts[i].feature.core_a).norm();
+            if (distance < nearest) {
+                nearest = distance;
+                at = i;
+                from = j;
+            }
+        });
+        take(at, from);
     }
     pair.memory = std::move(memory);
     pair.manifold.contacts = std::vector<Contact>(contacts); // assigned to, it would keep the most room it ever had

@@ -8,9 +8,6 @@
 namespace sim {
 namespace {
 
-/// A contact whose features changed is taken for the one that was within this share [-] of the body's size.
-constexpr double match_reach = 1e-2;
-
 std::uint64_t id_of(const Contact& contact) {
     return contact.feature.id;
 }
@@ -31,12 +28,6 @@ ContactSearch::ContactSearch(const Bodies& bodies, std::size_t count, const Step
                              std::vector<BodyPair> jointed, Workers& workers)
     : candidates(bodies, count, settings, std::move(jointed)), distances(bodies, count, workers), bodies_(bodies),
       workers_(workers) {}
-
-/// How far a contact may have moved on its bodies and still be the same one [m].
-double ContactSearch::reach_of(const BodyPair& pair) const {
-    return match_reach * std::min(bodies_.props[static_cast<std::size_t>(pair.a)].bounding_radius,
-                                  bodies_.props[static_cast<std::size_t>(pair.b)].bounding_radius);
-}
 
 std::size_t ContactSearch::index_of(const BodyPair& pair) const {
     const auto sorted_end = pairs.begin() + static_cast<std::ptrdiff_t>(sorted_pairs_);
@@ -119,7 +110,7 @@ void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorne
         pair.manifold.contacts.assign(contacts.begin(), contacts.end());
         pair.blocks = block_count(contacts);
     } else {
-        replace_contacts(pair, contacts, reach_of(candidate.bodies));
+        replace_contacts(pair, contacts);
     }
     pair.repairs = 0;
     sum_up(pair);
@@ -137,7 +128,7 @@ std::size_t ContactSearch::put(const BodyPair& of, const std::vector<Contact>& c
         begin_pair(pairs.emplace_back(), of, bodies_);
     }
     PairContacts& pair = pairs[index];
-    replace_contacts(pair, contacts, reach_of(of));
+    replace_contacts(pair, contacts);
     ++pair.repairs;
     return index;
 }

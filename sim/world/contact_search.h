@@ -34,7 +34,6 @@ private:
     void take_known(std::size_t first, std::size_t last, std::vector<PairContacts>& found);
     void find_contacts_of(const Candidate& candidate, const FaceCorners& corners, std::vector<Contact>& contacts,
                           PairContacts& pair);
-    double reach_of(const BodyPair& pair) const;
 
     const Bodies& bodies_;
     Workers& workers_;
