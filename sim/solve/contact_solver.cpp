@@ -121,8 +121,9 @@ double ContactSolver::part_of(double tolerance) const {
     return std::min(std::max(rules_.step_share * tolerance, gap_rounding), tolerance);
 }
 
-/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than is enough. Returns their number.
-int ContactSolver::iterate(int budget, bool& converged) {
+/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than this part [-] of what is enough.
+/// Returns their number.
+int ContactSolver::iterate(int budget, double part, bool& converged) {
     const double tolerance = iteration_tolerance_;
     const double joint_tolerance = part_of(settings_.joint_tolerance) / rules_.h;
     const bool has_joints = !joints_.empty();
@@ -136,7 +137,7 @@ int ContactSolver::iterate(int budget, bool& converged) {
         if (enough_ == 0.0) {
             enough_ = std::min(tolerance, std::max(solved_share * last, settled_change));
         }
-        converged = last <= enough_ || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
+        converged = last <= part * enough_ || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
         converged = converged && (contacts_.loop.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
     }
     return count;
@@ -152,6 +153,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     to_.update(bodies, contacts_.loop.workers);
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
+    double part = 1.0; // see iterate()
     for (int outer = 0; outer < most_rounds && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
         const double residual_before = report.residual;
         report.residual = gaps.measure();
@@ -167,13 +169,13 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             break;
         }
         if (outer > 0 && report.residual > gap_tolerance) {
-            enough_ *= solved_share; // what the linear solve before asked for has not been enough
+            part *= solved_share; // what the linear solve before asked for has not been enough
         }
         bool converged = false;
-        report.iterations += iterate(left, converged);
+        report.iterations += iterate(left, part, converged);
         for (int round = 0; round < most_rounds && converged && contacts_.update_marks(bodies, pairs, to_.velocity); ++round) {
             report.iterations +=
-                iterate(std::max(settings_.iteration_limit - report.iterations, 1), converged);
+                iterate(std::max(settings_.iteration_limit - report.iterations, 1), part, converged);
         }
         to_.update(bodies, contacts_.loop.workers);
     }

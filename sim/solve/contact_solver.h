@@ -82,7 +82,7 @@ private:
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
     void scale_guess(const Bodies& bodies, const GapMeasure& gaps);
-    int iterate(int budget, bool& converged);
+    int iterate(int budget, double part, bool& converged);
 
     StepSettings settings_;
     RestRules rules_;
