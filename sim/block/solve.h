@@ -283,7 +283,7 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
         active[k] = select(loaded, active[k], approaching[k]);
     }
     Real impulse[N];
-    if constexpr (N == 1) { // at the block's centre
+    if constexpr (N == 1) { // it lies at the block's centre, and nothing is to be shared
         impulse[0] = max(-excess[0] / wn.xx, zero);
         add_normals(wn, impulse);
         return;
@@ -354,7 +354,7 @@ LANES_INLINE void Visit<N>::add_friction(const Real* new_1, const Real* new_2) {
 template <int N>
 LANES_INLINE Mask Visit<N>::stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const {
     const Real zero = real(0.0);
-    if constexpr (N == 1) { // at the block's centre
+    if constexpr (N == 1) { // it lies at the block's centre
         const Real u1 = twist.u.x - load(points[0].u_t_target[0]);
         const Real u2 = twist.u.y - load(points[0].u_t_target[1]);
         const Real per = 1.0 / (w(0, 0) * w(1, 1) - w(0, 1) * w(0, 1));

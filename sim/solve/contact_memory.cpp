@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace sim {
@@ -9,40 +10,35 @@ namespace sim {
 void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts) {
     const std::vector<Contact>& old = pair.manifold.contacts;
     std::vector<ContactMemory> memory(contacts.size());
-    std::vector<char> is_matched(contacts.size(), 0);
-    std::vector<char> is_used(old.size(), 0);
-    const auto take = [&](std::size_t i, std::size_t j) {
-        memory[i] = pair.memory[j];
-        is_matched[i] = is_used[j] = 1;
-    };
-    const auto for_each_left = [&](auto&& look) {
-        for (std::size_t i = 0; i < contacts.size(); ++i) {
-            for (std::size_t j = 0; j < old.size(); ++j) {
-                if (is_matched[i] == 0 && is_used[j] == 0) {
-                    look(i, j);
+    std::vector<std::size_t> lost(old.size()); // indices of those not found again
+    std::iota(lost.begin(), lost.end(), std::size_t{0});
+    std::vector<std::size_t> added;
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+        const auto found = std::ranges::find(lost, contacts[i].feature.id, [&](std::size_t j) { return old[j].feature.id; });
+        if (found == lost.end()) {
+            added.push_back(i);
+        } else {
+            memory[i] = pair.memory[*found];
+            lost.erase(found);
+        }
+    }
+    while (!added.empty() && !lost.empty()) {
+        double nearest = std::numeric_limits<double>::infinity();
+        auto to = added.begin();
+        auto from = lost.begin();
+        for (auto i = added.begin(); i != added.end(); ++i) {
+            for (auto j = lost.begin(); j != lost.end(); ++j) {
+                const double distance = (old[*j].feature.core_a - contacts[*i].feature.core_a).norm();
+                if (distance < nearest) {
+                    nearest = distance;
+                    to = i;
+                    from = j;
                 }
             }
         }
-    };
-    for_each_left([&](std::size_t i, std::size_t j) {
-        if (old[j].feature.id == contacts[i].feature.id) {
-            take(i, j);
-        }
-    });
-    const auto count_left = [](const std::vector<char>& done) { return std::ranges::count(done, 0); };
-    for (auto left = std::min(count_left(is_matched), count_left(is_used)); left > 0; --left) {
-        double nearest = std::numeric_limits<double>::infinity();
-        std::size_t at = 0;
-        std::size_t from = 0;
-        for_each_left([&](std::size_t i, std::size_t j) {
-            const double distance = (old[j].feature.core_a - contacts[i].feature.core_a).norm();
-            if (distance < nearest) {
-                nearest = distance;
-                at = i;
-                from = j;
-            }
-        });
-        take(at, from);
+        memory[*to] = pair.memory[*from];
+        added.erase(to);
+        lost.erase(from);
     }
     pair.memory = std::move(memory);
     pair.manifold.contacts = std::vector<Contact>(contacts); // assigned to, it would keep the most room it ever had

@@ -157,6 +157,32 @@ TEST(contact_solver, a_force_that_moves_to_other_points_of_its_block_stays_one) 
     EXPECT_NEAR(force, 1500.0, 1e-9);
 }
 
+/// Of a tall box that falls on two corners the other two would land within the step, were it not for the impulses at the first:
+/// an impact, and what is beyond the force of the last step answers it.
+TEST(contact_solver, an_impact_that_another_point_of_the_block_prevents_is_one) {
+    Stack stack(1);
+    stack.bodies.props[0] = make_props(Box{Vec3(0.5, 0.5, 1.5)}, 1000.0);
+    const double tilt = 3e-4; // [rad]
+    stack.bodies.pose[0] = {Vec3(0, 0, 1.5 + 0.5 * tilt), Quat(Eigen::AngleAxisd(tilt, Vec3::UnitY()))};
+    stack.bodies.inverse_inertia[0] = stack.bodies.props[0].inverse_principal_inertia.asDiagonal();
+    stack.bodies.velocity[0].v.z() = -0.5;
+    stack.pairs.clear();
+    stack.pair(0, 1);
+    for (std::size_t i = 0; i < 4; ++i) {
+        const bool touches = stack.pairs[0].manifold.contacts[i].at.gap < 0.5 * tilt;
+        stack.pairs[0].memory[i] = {.p_n = touches ? 5.0 : 0.0, .signed_interval = h, .last_interval = touches ? h : 0.0};
+    }
+    stack.solve();
+    double force = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const ContactMemory& memory = stack.pairs[0].memory[i];
+        EXPECT_EQ(memory.p_n > 0.0, stack.pairs[0].manifold.contacts[i].at.gap < 0.5 * tilt);
+        force += memory.force_share * memory.p_n;
+    }
+    EXPECT_GT(stack.load(0), 300.0);
+    EXPECT_NEAR(force, 3000.0 * g * h, 1e-9); // no more than the weight
+}
+
 /// A contact that repair found may overlap now by more than the pair does, which it parts no more slowly for.
 TEST(contact_solver, what_overlaps_parts_as_slowly_as_the_pair_overlaps) {
     const auto overlap_left = [](double of_pair) {
@@ -202,7 +228,7 @@ TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
     pair = old;
     replace_contacts(pair, contacts);
     EXPECT_EQ(pair.memory[2].p_n, 3.0);
-    old.manifold.contacts.resize(1); // the corner that memory[3] of `contacts` is at
+    old.manifold.contacts.resize(1); // contacts[3]
     old.memory.resize(1);
     pair = old;
     replace_contacts(pair, {contacts[0]}); // far away, but there is no other
