@@ -223,7 +223,6 @@ struct SetTrial {
     Real lowest = real(infinity);   ///< of the worst free point
     Real highest = real(-infinity); ///< of a loaded point above its target
     Real miss = real(0.0);          ///< of the loaded points, the largest
-    Real n = real(0.0);             ///< loaded points
 
     /// change: of (u_n, w_1, w_2) by these impulses.
     LANES_INLINE SetTrial(const Visit<N>& v, const Real3& change, const Real* active, const Real* excess, const Real* found)
@@ -236,7 +235,6 @@ struct SetTrial {
             lowest = select(~in & below, min(lowest, u[k]), lowest);
             highest = select(in, max(highest, u[k]), highest);
             miss = select(in, max(miss, abs(u[k])), miss);
-            n += active[k];
         }
     }
 
@@ -244,7 +242,7 @@ struct SetTrial {
     LANES_INLINE Mask exchange(Mask open, Real slack, const Real* found, Real* active) const {
         const Mask drop_pulling = least < 0.0;
         const Mask add = ~drop_pulling & (lowest < 0.0);
-        const Mask drop_high = ~drop_pulling & ~add & (n > 2.5) & (miss > slack);
+        const Mask drop_high = ~drop_pulling & ~add & (miss > slack); // also of two at one place
         Mask changed = ~open;
         for (int k = 0; k < N; ++k) {
             const Mask in = active[k] > 0.5;
