@@ -81,7 +81,8 @@ LANES_INLINE Real share_beyond(const Real& force, const Real& sum) {
 }
 
 /// Of the impulses that a solve starts from, the share [-] that is uncertain: see ContactSolver::scale_guess().
-LANES_INLINE Real uncertain_share(const RestRules& rules, const BlockBatch& batch, const RestBlock& block, const BatchPoint* points) {
+LANES_INLINE Real uncertain_share(const RestRules& rules, const BlockBatch& batch, const RestBlock& block,
+                                  const BatchPoint* points) {
     return share_beyond(rules.is_stretched ? real(0.0) : load(block.load), load_on(batch, points));
 }
 
@@ -161,7 +162,8 @@ LANES_INLINE void apply(const BodyRows* rows, double* velocity, const BlockBatch
 }
 
 /// Of the uncertain share of the impulses with what the points part faster by than their targets [J].
-LANES_INLINE double uncertain_work(const RestWork& work, const BlockBatch& batch, const RestBlock& block, const BatchPoint* points) {
+LANES_INLINE double uncertain_work(const RestWork& work, const BlockBatch& batch, const RestBlock& block,
+                                   const BatchPoint* points) {
     const Twist twist = twist_of(work.before, batch, frame_of(batch));
     Real sum = real(0.0);
     for (int k = 0; k < batch.count; ++k) {
@@ -285,23 +287,22 @@ LANES_INLINE Real measure(const RestWork& work, BlockBatch& batch, const RestBlo
     return worst;
 }
 
-/// What a weight, that of the lighter body, gives in the interval.
-LANES_INLINE Real weight_of(const RestWork& work, const BlockBatch& batch, const Real& interval) {
+/// What the last step's force gives in the interval, or a weight, that of the lighter body.
+LANES_INLINE Real expected_load(const RestWork& work, const BlockBatch& batch, const RestBlock& block) {
     Lanes inverse_mass;
     for (int l = 0; l < lane_count; ++l) {
         const double a = work.begin[batch.a[l]].x[0];
         const double b = work.begin[batch.b[l]].x[0];
         inverse_mass.x[l] = a > b ? a : b;
     }
-    return work.rules->weight * interval / load(inverse_mass);
+    const Real interval = impulse_interval(load(batch.node_weight), work.rules->h);
+    return max(load(block.load), work.rules->weight * interval / load(inverse_mass));
 }
 
 /// Which blocks does an impact load? A speculative one that is held ahead, at its own point or at another one of the block; or
 /// one too slow to collide, which wedges bodies: it did not touch, and now bears far more than a weight.
 LANES_INLINE void find_hits(const RestWork& work, const BlockBatch& batch, RestBlock& block, const BatchPoint* points) {
-    const Real interval = impulse_interval(load(batch.node_weight), work.rules->h);
-    const Real force = max(load(block.load), weight_of(work, batch, interval));
-    block.grows = bits_of(load_on(batch, points) > work.rules->largest_growth * force);
+    block.grows = bits_of(load_on(batch, points) > work.rules->largest_growth * expected_load(work, batch, block));
     unsigned closing = 0;
     block.hit = 0;
     for (int k = 0; k < batch.count; ++k) {
@@ -354,7 +355,7 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
     const Mask keeps = has_friction & (((lanes_of(batch.sticking)) & ~lost) | ~at_limit);
     const Real interval = impulse_interval(load(batch.node_weight), h);
     const Real sum = load_on(batch, points);
-    const Real force = select(lanes_of(block.hit), min(sum, max(load(block.load), weight_of(work, batch, interval))), sum);
+    const Real force = select(lanes_of(block.hit), min(sum, expected_load(work, batch, block)), sum);
     store(block.load, force);
     const Real force_share = 1.0 - share_beyond(force, sum);
     const Twist before = twist_of(work.before, batch, f);

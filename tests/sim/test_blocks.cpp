@@ -155,8 +155,6 @@ TEST(blocks, impulses_given_too_much_come_down_again) {
     EXPECT_NEAR(cube.load(), 500.0, 1000.0 * block_rounding);
 }
 
-/// The block's closed form against the loop over its points: the velocities are unique, so they agree. Boxes face to face,
-/// on an edge and on a corner; several visits, since a block has one normal each.
 /// A corner of a face and the crossing of edges there may ask for different velocities. The mean of both, which is the least error,
 /// leaves one of them overlapping however short the step is.
 TEST(blocks, of_two_points_at_one_place_the_one_that_asks_for_more_is_met) {
@@ -176,6 +174,8 @@ TEST(blocks, of_two_points_at_one_place_the_one_that_asks_for_more_is_met) {
     EXPECT_GT(cube.points()[1].p_n, 0.0);
 }
 
+/// The block's closed form against the loop over its points: the velocities are unique, so they agree. Boxes face to face,
+/// on an edge and on a corner; several visits, since a block has one normal each.
 TEST(blocks, a_visit_equals_iterating_its_points) {
     Numbers numbers(1);
     int compared = 0;
