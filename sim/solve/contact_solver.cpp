@@ -128,6 +128,7 @@ int ContactSolver::iterate(int budget, double part, bool& converged) {
     const double joint_tolerance = part_of(settings_.joint_tolerance) / rules_.h;
     const bool has_joints = !joints_.empty();
     int count = 0;
+    bool has_yielded = false;
     double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
     contacts_.loop.wake();
     for (converged = false; count < budget && !converged; ++count) {
@@ -138,6 +139,10 @@ int ContactSolver::iterate(int budget, double part, bool& converged) {
             enough_ = std::min(tolerance, std::max(solved_share * last, settled_change));
         }
         converged = last <= part * enough_ || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
+        // A row that is wedged between two walls cannot leave both: asked to, it would push harder in every sweep.
+        if (contacts_.loop.stalls() && !converged && !std::exchange(has_yielded, true)) {
+            contacts_.yield();
+        }
         converged = converged && (contacts_.loop.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
     }
     return count;

@@ -193,6 +193,22 @@ LANES_INLINE void scale(const RestWork& work, const BlockBatch& batch, const Res
     }
 }
 
+/// What overlaps stays as deep as it is.
+LANES_INLINE void yield(const RestWork& work, BlockBatch& batch, BatchPoint* points, RestPoint* rest) {
+    const double per_h = 1.0 / work.rules->h;
+    Mask yields = nowhere();
+    for (int k = 0; k < batch.count; ++k) {
+        const Real asked = load(rest[k].gap_target);
+        const Real left = min(asked, load(points[k].gap));
+        const Mask changes = lanes_of(points[k].there) & (left < asked);
+        const Real target = load(points[k].u_n_target);
+        store(points[k].u_n_target, select(changes, target + (left - asked) * per_h, target));
+        store(rest[k].gap_target, left);
+        yields |= changes;
+    }
+    store(batch.seen_a, select(yields, real(-1.0), load(batch.seen_a)));
+}
+
 /// A body's predicted motion since the interval began.
 struct Motion {
     Real row[16];
@@ -425,6 +441,8 @@ double KERNEL(const RestWork& work) {
             if (!block.is_certain) {
                 scale(work, batch, block, points);
             }
+        } else if (work.phase == RestPhase::yield) {
+            yield(work, batch, points, rest);
         } else if (work.phase == RestPhase::hits) {
             find_hits(work, batch, block, points);
         } else if (work.phase == RestPhase::store) {

@@ -285,6 +285,10 @@ double RestingContacts::uncertain_work(std::span<const Velocity> velocity) {
     return std::accumulate(parts_.begin(), parts_.end(), 0.0);
 }
 
+void RestingContacts::yield() {
+    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) { work(RestPhase::yield, first, last, {}); });
+}
+
 void RestingContacts::scale_uncertain(double kept) {
     loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
         RestWork work = work_of(RestPhase::scale, first, last, {});

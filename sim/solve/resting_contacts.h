@@ -42,6 +42,9 @@ public:
     /// Keeps so much [-] of it.
     void scale_uncertain(double kept);
 
+    /// What overlaps is no longer asked to part.
+    void yield();
+
     /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
     bool update_marks(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);
 

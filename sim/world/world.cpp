@@ -202,7 +202,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     joint_rows.add_owed(joints, after_collisions);
     const std::vector<Velocity> before = after_collisions;
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
-    collision_solver.most_sweeps = work_left();
+    collision_solver.most_sweeps = work_left() / 2; // the plan has to come to an end, or it throws what it holds
     CollisionReport result = collision_solver.resolve(bodies, search.pairs, joints, settings, after_collisions);
     std::vector<char>& touched = result.touched;
     energy.add_work(result.drive_work);

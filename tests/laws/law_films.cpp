@@ -52,9 +52,25 @@ TEST(law_films, the_first_moments_of_each_keep_its_tolerance) {
 
 /// Four cubes in a row are as wide as the throat: some wedge there under a thousand times their weight, and come free again.
 TEST(law_films, DISABLED_the_funnel_keeps_its_tolerance_whatever_the_seed) {
-    for (int seed = 1; seed <= 8; ++seed) {
+    for (const int seed : {1, 2, 3, 4, 5, 6, 7, 8, 15, 20}) { // in the last two some were thrown
         judge_film("funnel", 100, 2.5, {fmt::format("lattice.cube.seed={}", seed)});
     }
+}
+
+/// Here they wedge so that two steps come to no end. Asked to part for ever, with no work left for the plan, they gained nine
+/// tenths of the energy.
+TEST(law_films, DISABLED_a_row_wedged_in_the_funnel_is_not_thrown) {
+    const sim::SceneDef scene = sim::load_scene(TUMBLE_SCENE_DIR "/funnel.toml", std::vector<std::string>{"lattice.cube.seed=44"});
+    sim::World world(scene);
+    double gain = 0.0, overlap = 0.0;
+    run(world, scene, 2.5, [&](const sim::Snapshot&, const sim::StepReport& report) {
+        gain = std::max(gain, report.energy_gain);
+        overlap = std::max(overlap, report.max_penetration);
+        return true;
+    });
+    record({"film funnel, 2.5 s, seed 44", "energy gained [-]", scene.step.time_step.value(), gain, 1e-3});
+    EXPECT_LE(gain, 1e-3);
+    EXPECT_LE(overlap, 10.0 * scene.step.tolerance);
 }
 
 TEST(law_films, DISABLED_rubble_keeps_its_tolerance) {

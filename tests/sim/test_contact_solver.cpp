@@ -196,6 +196,24 @@ TEST(contact_solver, what_overlaps_parts_as_slowly_as_the_pair_overlaps) {
     EXPECT_NEAR(overlap_left(1e-4), 5e-5, 1e-9);
 }
 
+/// A column that is too long for its room: what overlaps cannot part, and sweeps that ask for it push ever harder: 200 of them, to the limit.
+TEST(contact_solver, a_column_wedged_between_floor_and_ceiling_stays_as_it_is) {
+    const double gap = -8e-5;
+    Stack stack(4, gap);
+    stack.settings.tolerance = 1e-4;
+    stack.settings.velocity_tolerance = 1e-3;
+    stack.settings.iteration_limit = 200;
+    add_body(stack.bodies, make_props(Plane{}, 0.0),
+             {Vec3(0, 0, 4.0 + 5.0 * gap), Quat(Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitX()))});
+    stack.pair(3, 5);
+    stack.solve();
+    EXPECT_TRUE(stack.report.converged);
+    EXPECT_LE(stack.report.iterations, 60);
+    for (int i = 0; i < 4; ++i) {
+        EXPECT_LT(stack.solver.velocity()[static_cast<std::size_t>(i)].v.norm(), 0.1);
+    }
+}
+
 TEST(contact_solver, without_contacts_bodies_move_freely) {
     Stack stack(1, 1.0);
     stack.bodies.velocity[0] = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
