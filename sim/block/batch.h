@@ -108,7 +108,7 @@ struct ExtrapolatedPoint {
 
 /// Impulses of batches, extrapolated after a sweep.
 struct BatchExtrapolation {
-    const BlockBatch* batches = nullptr;
+    BlockBatch* batches = nullptr;
     std::size_t batch_count = 0;
     BatchPoint* points = nullptr;
     ExtrapolatedPoint* before = nullptr;  ///< of the same points

@@ -38,8 +38,9 @@ LANES_INLINE void add_activity(double* activity, const int* body, unsigned moves
 }
 
 /// Repeats a share of what the last sweep did to the impulses of a batch, and gives its bodies the difference.
-LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, const BlockBatch& batch) {
+LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, BlockBatch& batch) {
     const Real zero = real(0.0);
+    Mask pulls = zero < zero; // until the next visit: eq. 3 holds there, and none passes it over
     Real3 force{zero, zero, zero};
     Real3 moment{zero, zero, zero};
     for (int k = batch.first; k < batch.first + batch.count; ++k) {
@@ -48,8 +49,9 @@ LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, const BlockB
         const Real x = load(point.x);
         const Real y = load(point.y);
         const Real3 now = impulse_of(point);
-        const Real3 added = real(work.share) * (now - load3(before.swept)); // may pull until the next visit: eq. 3 holds there
+        const Real3 added = real(work.share) * (now - load3(before.swept));
         const Real3 next = now + added;
+        pulls |= next.z < 0.0;
         store3(before.swept, now);
         store3(before.begun, next);
         store(point.p_t[0], next.x);
@@ -58,6 +60,7 @@ LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, const BlockB
         force = force + added;
         moment = moment + Real3{added.z * y, -(added.z * x), x * added.y - y * added.x};
     }
+    store(batch.seen_a, select(pulls, real(-1.0), load(batch.seen_a)));
     const Frame f = frame_of(batch);
     const Real3 p = f.world(force);
     const Real3 l = f.world(moment);

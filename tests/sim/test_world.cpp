@@ -1,5 +1,6 @@
 #include "sim/base/error.h"
 #include "sim/scene/file.h"
+#include "sim/world/state.h"
 #include "sim/world/world.h"
 
 #include <fmt/format.h>
@@ -158,6 +159,29 @@ restitution = 1
         EXPECT_FALSE(report.is_out_of_work) << i;
     }
     EXPECT_GT(short_of, 0);
+}
+
+/// Nor where a sweep passed over a block that extrapolation had taken there.
+TEST(world, no_contact_pulls) {
+    SceneDef scene = heap_of_cubes(8);
+    scene.step.velocity_tolerance = 0.05;
+    for (BodyDef& body : scene.bodies) {
+        body.material.mu_s = body.material.mu_d = 0.1;
+    }
+    WorldState world(scene, 1);
+    world.begin();
+    int pulls = 0, loaded = 0;
+    for (int i = 0; i < 400; ++i) {
+        world.step();
+        for (const PairContacts& pair : world.search.pairs) {
+            for (const ContactMemory& memory : pair.memory) {
+                loaded += memory.p_n > 0.0 ? 1 : 0;
+                pulls += memory.p_n < 0.0 ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(loaded, 100000);
+    EXPECT_EQ(pulls, 0);
 }
 
 TEST(world, time_is_the_step_index_times_the_step) {
