@@ -52,27 +52,29 @@ TEST(law_films, the_first_moments_of_each_keep_its_tolerance) {
 
 /// Four cubes in a row are as wide as the throat: some wedge there under a thousand times their weight, and come free again.
 TEST(law_films, DISABLED_the_funnel_keeps_its_tolerance_whatever_the_seed) {
-    for (const int seed : {1, 2, 3, 4, 5, 6, 7, 8, 15, 20}) { // in the last two some were thrown
+    for (int seed = 1; seed <= 8; ++seed) {
         judge_film("funnel", 100, 2.5, {fmt::format("lattice.cube.seed={}", seed)});
     }
 }
 
-/// Here they wedge so that two steps come to no end. Asked to part for ever, with no work left for the plan, they gained nine
-/// tenths of the energy.
+/// In these they have wedged so that some steps came to no end. Asked to part for ever, with no work left for the plan, they
+/// gained up to nine tenths of the energy.
 TEST(law_films, DISABLED_a_row_wedged_in_the_funnel_is_not_thrown) {
-    const std::vector<std::string> settings{"lattice.cube.seed=44"};
-    const sim::SceneDef scene = sim::load_scene(TUMBLE_SCENE_DIR "/funnel.toml", settings);
-    sim::World world(scene);
-    double gain = 0.0, overlap = 0.0;
-    run(world, scene, 2.5, [&](const sim::Snapshot&, const sim::StepReport& report) {
-        gain = std::max(gain, report.energy_gain);
-        overlap = std::max(overlap, report.max_penetration);
-        return true;
-    });
-    record({"film funnel, 2.5 s, seed 44", "energy gained [-]", scene.step.time_step.value(), gain,
-            sim::energy_gain_allowed});
-    EXPECT_LE(gain, sim::energy_gain_allowed);
-    EXPECT_LE(overlap, 10.0 * scene.step.tolerance);
+    for (const int seed : {15, 20, 44}) {
+        const std::vector<std::string> settings{fmt::format("lattice.cube.seed={}", seed)};
+        const sim::SceneDef scene = sim::load_scene(TUMBLE_SCENE_DIR "/funnel.toml", settings);
+        sim::World world(scene);
+        double gain = 0.0, overlap = 0.0;
+        run(world, scene, 2.5, [&](const sim::Snapshot&, const sim::StepReport& report) {
+            gain = std::max(gain, report.energy_gain);
+            overlap = std::max(overlap, report.max_penetration);
+            return true;
+        });
+        const std::string name = fmt::format("film funnel, 2.5 s, seed {}", seed);
+        record({name, "energy gained [-]", scene.step.time_step.value(), gain, sim::energy_gain_allowed});
+        EXPECT_LE(gain, sim::energy_gain_allowed) << name;
+        EXPECT_LE(overlap, 10.0 * scene.step.tolerance) << name;
+    }
 }
 
 TEST(law_films, DISABLED_rubble_keeps_its_tolerance) {
