@@ -57,8 +57,7 @@ TEST(law_films, DISABLED_the_funnel_keeps_its_tolerance_whatever_the_seed) {
     }
 }
 
-/// In these they have wedged so that some steps came to no end. Asked to part for ever, with no work left for the plan, they
-/// gained up to nine tenths of the energy.
+/// Seeds in which, asked to part for ever, and with no work left for the plan, they gain up to nine tenths of the energy.
 TEST(law_films, DISABLED_a_row_wedged_in_the_funnel_is_not_thrown) {
     for (const int seed : {15, 20, 44}) {
         const std::vector<std::string> settings{fmt::format("lattice.cube.seed={}", seed)};

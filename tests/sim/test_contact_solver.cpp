@@ -196,7 +196,7 @@ TEST(contact_solver, what_overlaps_parts_as_slowly_as_the_pair_overlaps) {
     EXPECT_NEAR(overlap_left(1e-4), 5e-5, 1e-9);
 }
 
-/// A column that is too long for its room: what overlaps cannot part, and sweeps that ask for it push ever harder: 200 of them, to the limit.
+/// A column that is too long for its room: what overlaps cannot part, and sweeps that ask for it push ever harder, to the limit.
 TEST(contact_solver, a_column_wedged_between_floor_and_ceiling_stays_as_it_is) {
     const double gap = -8e-5;
     Stack stack(4, gap);

@@ -161,7 +161,7 @@ restitution = 1
     EXPECT_GT(short_of, 0);
 }
 
-/// Nor where a sweep passed over a block that extrapolation had taken there.
+/// Also where sweeps pass over blocks whose bodies hardly move, and extrapolation leaves some of them pulling.
 TEST(world, no_contact_pulls) {
     SceneDef scene = heap_of_cubes(8);
     scene.step.velocity_tolerance = 0.05;
