@@ -14,7 +14,7 @@ namespace sim {
 /// of edges.
 inline constexpr int block_size = 9;
 
-/// Target [m/s] of a point that is not there: its velocity is always far above it.
+/// Target [m/s] of a point that is not there: its velocity is always far above it, and far from one that was seen to be this.
 inline constexpr double no_point = -1e300;
 
 /// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
@@ -67,8 +67,8 @@ struct BlockBatch {
     /// t0; 1 (the velocity after) in a collision, where sticking and sliding are then one law.
     Lanes node_weight;
     Lanes per_k_t;        ///< [kg] 1 / the largest eigenvalue of K_tt over the points
-    Lanes seen_a, seen_b; ///< activity of the bodies at the last visit; seen_a negative: to be visited again
-    Lanes change;         ///< [m/s] largest of a velocity at its points, by the last visit
+    Lanes seen[6]; ///< u_1, u_2, u_n [m/s], w_1, w_2, w_n [rad/s] as the last visit left them; u_n `no_point`: to be visited again
+    Lanes change;  ///< [m/s] largest of a velocity at its points, by the last sweep
 };
 
 /// Fills in what does not change while batches are iterated; impulses are zero, targets and marks unset.
@@ -90,8 +90,7 @@ struct BatchSweep {
     BatchPoint* points = nullptr;
     const BodyRows* rows = nullptr; ///< [body_count] as the interval begins
     double* velocity = nullptr;     ///< rows of 8: v, w, two unused; rows of 64 bytes, aligned
-    double* activity = nullptr; ///< [body_count] sum of the velocity changes of each body's blocks [m/s]
-    double skip = 0.0;          ///< [m/s] blocks whose bodies changed by less are passed over
+    double skip = 0.0; ///< [m/s] blocks at whose points velocities changed by no more are passed over
     /// [m/s] targets that a rigid motion misses by no more are met on average, and the load is shared smoothly;
     /// else fewer points carry it.
     double slack = 0.0;
@@ -114,9 +113,8 @@ struct BatchExtrapolation {
     ExtrapolatedPoint* before = nullptr;  ///< of the same points
     double* along = nullptr;    ///< [batch_count] then see Extrapolation::next: only this is found; null: they are extrapolated
     double share = 0.0;         ///< [-] share of the last sweep's step that is repeated
-    const BodyRows* rows = nullptr; ///< this and the others as in BatchSweep
+    const BodyRows* rows = nullptr; ///< this and velocity as in BatchSweep
     double* velocity = nullptr;
-    double* activity = nullptr;
 };
 void extrapolate_batches(const BatchExtrapolation& work);
 

@@ -4,19 +4,29 @@
 namespace sim {
 namespace {
 
-/// Solves the blocks of a batch with all others held. change: largest velocity change at a point of each lane.
+/// Solves the blocks of a batch with all others held, where velocities at their points changed by more than `skip` since the
+/// last time. Returns the largest change of each lane.
 template <int N>
-void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change) {
+Real visit_batch(const BatchSweep& sweep, BlockBatch& batch) {
     Visit<N> v(batch, sweep.points + batch.first);
     const Frame f = frame_of(batch);
     v.twist = twist_of(sweep.velocity, batch, f);
+    for (int k = 0; k < N; ++k) {
+        v.x[k] = load(v.points[k].x);
+        v.y[k] = load(v.points[k].y);
+    }
     const Real zero = real(0.0);
+    const Mask there = lanes_of(v.points[0].there);
+    const Twist seen{load3(batch.seen), load3(batch.seen + 3)};
+    const Twist since{v.twist.u - seen.u, v.twist.w - seen.w};
+    if (!any(there & (v.largest_square(since) > sweep.skip * sweep.skip))) {
+        store(batch.change, zero);
+        return zero;
+    }
     v.force = v.moment = {zero, zero, zero};
-    v.change = zero;
+    v.change = v.left = zero;
     for (int k = 0; k < N; ++k) {
         const BatchPoint& point = v.points[k];
-        v.x[k] = load(point.x);
-        v.y[k] = load(point.y);
         v.p_n[k] = load(point.p_n);
         v.p_1[k] = load(point.p_t[0]);
         v.p_2[k] = load(point.p_t[1]);
@@ -31,64 +41,42 @@ void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change
         store(v.points[k].p_t[1], v.p_2[k]);
     }
     push_bodies(sweep.rows, sweep.velocity, batch, f.world(v.force), f.world(v.moment));
-    store(change, v.change);
+    const Real change = select(there, v.change, zero);
+    store3(batch.seen, {v.twist.u.x, v.twist.u.y, select(v.left > sweep.skip, real(no_point), v.twist.u.z)});
+    store3(batch.seen + 3, v.twist.w);
+    store(batch.change, change);
+    return change;
 }
 
-void visit_batch(const BatchSweep& sweep, const BlockBatch& batch, Lanes& change) {
+Real visit_batch(const BatchSweep& sweep, BlockBatch& batch) {
     switch (batch.count) {
     case 1:
-        return visit_batch<1>(sweep, batch, change);
+        return visit_batch<1>(sweep, batch);
     case 2:
-        return visit_batch<2>(sweep, batch, change);
+        return visit_batch<2>(sweep, batch);
     case 4:
-        return visit_batch<4>(sweep, batch, change);
+        return visit_batch<4>(sweep, batch);
     case 6:
-        return visit_batch<6>(sweep, batch, change);
+        return visit_batch<6>(sweep, batch);
     default:
-        return visit_batch<9>(sweep, batch, change);
+        return visit_batch<9>(sweep, batch);
     }
-}
-
-/// Did the bodies of any lane change by more than `skip` since it was last solved?
-LANES_INLINE bool is_awake(const BlockBatch& batch, const double* activity, double skip) {
-    bool awake = false;
-    for (int l = 0; l < lane_count; ++l) {
-        const double since = activity[batch.a[l]] - batch.seen_a.x[l] + activity[batch.b[l]] - batch.seen_b.x[l];
-        awake |= batch.block[l] >= 0 && (batch.seen_a.x[l] < 0.0 || since > skip);
-    }
-    return awake;
 }
 
 } // namespace
 
 double KERNEL(const BatchSweep& sweep) {
-    double worst = 0.0;
+    Real worst = real(0.0);
     for (std::size_t i = 0; i < sweep.batch_count; ++i) {
-        BlockBatch& batch = sweep.batches[i];
-        if (!is_awake(batch, sweep.activity, sweep.skip)) {
-            continue;
-        }
-        visit_batch(sweep, batch, batch.change);
-        for (int l = 0; l < lane_count; ++l) {
-            if (batch.block[l] < 0) {
-                continue;
-            }
-            const double change = batch.change.x[l];
-            double& active_a = sweep.activity[batch.a[l]];
-            double& active_b = sweep.activity[batch.b[l]];
-            if ((batch.moves_a >> l & 1u) != 0) {
-                active_a += change;
-            }
-            if ((batch.moves_b >> l & 1u) != 0) {
-                active_b += change;
-            }
-            // One visit leaves a rest where friction and normal impulses depend on each other.
-            batch.seen_a.x[l] = change > sweep.skip ? -1.0 : active_a;
-            batch.seen_b.x[l] = active_b;
-            worst = worst < change ? change : worst;
-        }
+        worst = max(worst, visit_batch(sweep, sweep.batches[i]));
     }
-    return worst;
+    Lanes of_lane;
+    store(of_lane, worst);
+    double largest = 0.0;
+    for (const double change : of_lane.x) {
+        largest = largest < change ? change : largest;
+    }
+    return largest;
 }
 
 } // namespace sim

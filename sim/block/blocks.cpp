@@ -162,7 +162,6 @@ void Blocks::reset_bodies(const Bodies& bodies, std::size_t first_block) {
     const std::size_t count = bodies.props.size();
     used_.resize(count);
     rows_.resize(count);
-    activity_.resize(count);
     for (std::size_t i = first_block; i < blocks.size(); ++i) {
         for (const int body : {blocks[i].a, blocks[i].b}) {
             used_[static_cast<std::size_t>(body)] = ~std::uint64_t{0};
@@ -339,10 +338,7 @@ void Blocks::drop(Block& block, const Bodies& bodies, std::span<Velocity> veloci
 
 void Blocks::wake() {
     for (BlockBatch& batch : batches) {
-        std::fill_n(batch.seen_a.x, lane_count, -1.0);
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            activity_[static_cast<std::size_t>(batch.a[lane])] = activity_[static_cast<std::size_t>(batch.b[lane])] = 0.0;
-        }
+        std::fill_n(batch.seen[2].x, lane_count, no_point);
     }
     if (extrapolated_.empty()) {
         std::vector<ExtrapolatedPoint>().swap(extrapolated_); // the solve before went without: a heap at rest needs none
@@ -376,8 +372,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
                        .along = along,
                        .share = share_of_step,
                        .rows = rows_.data(),
-                       .velocity = velocity.front().v.data(),
-                       .activity = activity_.data()});
+                       .velocity = velocity.front().v.data()});
     };
     along_.resize(batches.size());
     share(batches.size(), [&](std::size_t first, std::size_t last) { work(first, last, along_.data() + first, 0.0); });
@@ -388,7 +383,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
 double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
     const bool is_due = sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
-    const bool is_small = is_due && solve_stalled(velocity);
+    const bool is_small = is_due && solve_stalled(velocity, skip);
     if (sweeps_ > plain_sweeps && !is_small) {
         extrapolate(velocity);
     }
@@ -399,7 +394,6 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
                                        .points = points.data(),
                                        .rows = rows_.data(),
                                        .velocity = velocity.front().v.data(),
-                                       .activity = activity_.data(),
                                        .skip = skip,
                                        .slack = slack}));
     });

@@ -109,7 +109,8 @@ struct DriveWork {
 /// Loops over fewer blocks, pairs or bodies are not worth while to be shared among threads.
 inline constexpr std::size_t least_shared = 32;
 
-/// Blocks are passed over while their bodies changed by less than this share [-] of the iteration's tolerance.
+/// Blocks are passed over while velocities at their points changed by no more than this share [-] of the iteration's tolerance,
+/// or of the change of the sweep before if that is smaller.
 inline constexpr double skip_share = 0.2;
 
 /// Targets that a rigid motion misses by this share [-] of the iteration's tolerance are met on average.
@@ -205,9 +206,9 @@ public:
     /// Before the first sweep of a solve: all blocks are to be solved again.
     void wake();
 
-    /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch whose
-    /// bodies changed by less than `skip` [m/s] since it was last solved is passed over. slack: see BatchSweep. After some
-    /// sweeps the impulses are extrapolated.
+    /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch at whose points
+    /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. slack: see BatchSweep. After
+    /// some sweeps the impulses are extrapolated.
     double sweep(std::span<Velocity> velocity, double skip, double slack);
 
     /// Have the last sweeps brought nothing any more? Rigid bodies held by more contacts than they need may ask for what no
@@ -232,14 +233,13 @@ private:
     void make_batches(const std::vector<Place>& places);
     void extrapolate(std::span<Velocity> velocity);
     void find_islands();
-    bool solve_stalled(std::span<Velocity> velocity);
-    double unsettled_change(const Island& island) const;
+    bool solve_stalled(std::span<Velocity> velocity, double skip);
+    double largest_change(const Island& island) const;
     bool next_compliance(Island& island, std::span<Velocity> velocity);
     void save(Island& island, std::span<const Velocity> velocity) const;
     void restore(const Island& island, std::span<Velocity> velocity);
 
     std::vector<std::size_t> colours_; ///< ends of the ranges of batches of which no two move the same body
-    std::vector<double> activity_; ///< [body_count] of those in blocks: sum of the velocity changes of their blocks [m/s]
     std::vector<ExtrapolatedPoint> extrapolated_; ///< [points]
     std::vector<std::uint64_t> used_;   ///< [body_count] bit k: a block of colour k moves it
     std::vector<BodyRows> rows_;        ///< [body_count]

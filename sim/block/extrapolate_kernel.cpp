@@ -26,17 +26,6 @@ LANES_INLINE double along_step(const BatchExtrapolation& work, const BlockBatch&
     return total;
 }
 
-/// Adds to the activity of bodies what their points of contact move.
-LANES_INLINE void add_activity(double* activity, const int* body, unsigned moves, const Push& push, const Real3& r) {
-    Lanes moved;
-    store(moved, norm(push.dv) + norm(push.dw) * norm(r));
-    for (int l = 0; l < lane_count; ++l) {
-        if ((moves >> l & 1u) != 0) {
-            activity[body[l]] += moved.x[l];
-        }
-    }
-}
-
 /// Repeats a share of what the last sweep did to the impulses of a batch, and gives its bodies the difference.
 LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, BlockBatch& batch) {
     const Real zero = real(0.0);
@@ -60,18 +49,9 @@ LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, BlockBatch& 
         force = force + added;
         moment = moment + Real3{added.z * y, -(added.z * x), x * added.y - y * added.x};
     }
-    store(batch.seen_a, select(pulls, real(-1.0), load(batch.seen_a)));
+    store(batch.seen[2], select(pulls, real(no_point), load(batch.seen[2])));
     const Frame f = frame_of(batch);
-    const Real3 p = f.world(force);
-    const Real3 l = f.world(moment);
-    const Real3 r_a = load3(batch.r_a);
-    const Real3 r_b = load3(batch.r_b);
-    const Push push_a(work.rows, batch.a, r_a, p, l);
-    const Push push_b(work.rows, batch.b, r_b, -p, -l);
-    add_push(work.velocity, batch.a, batch.moves_a, push_a);
-    add_push(work.velocity, batch.b, batch.moves_b, push_b);
-    add_activity(work.activity, batch.a, batch.moves_a, push_a, r_a);
-    add_activity(work.activity, batch.b, batch.moves_b, push_b, r_b);
+    push_bodies(work.rows, work.velocity, batch, f.world(force), f.world(moment));
 }
 
 } // namespace

@@ -77,14 +77,14 @@ void Blocks::find_islands() {
     }
 }
 
-/// Largest change [m/s] by the last sweep in the blocks of an island that it did not settle.
-double Blocks::unsettled_change(const Island& island) const {
+/// Largest change [m/s] by the last sweep in the blocks of an island.
+double Blocks::largest_change(const Island& island) const {
     double change = 0.0;
     for (const int i : island.blocks) {
         const Block& block = blocks[static_cast<std::size_t>(i)];
         const BlockBatch& batch = batches[static_cast<std::size_t>(block.lane) / lane_count];
         const std::size_t lane = lane_of(block);
-        change = batch.seen_a.x[lane] < 0.0 ? std::max(change, batch.change.x[lane]) : change;
+        change = std::max(change, batch.change.x[lane]);
     }
     return change;
 }
@@ -148,7 +148,7 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
 /// Judges the last step by what the sweeps since then still changed, and takes it back if that is more than before: then
 /// softer equations are tried. Returns false if none are left to try.
 bool Blocks::next_compliance(Island& island, std::span<Velocity> velocity) {
-    const double change = unsettled_change(island);
+    const double change = largest_change(island);
     if (island.compliance == 0.0) {
         island.compliance = least_compliance;
     } else if (change < island.change) {
@@ -164,15 +164,15 @@ bool Blocks::next_compliance(Island& island, std::span<Velocity> velocity) {
     return true;
 }
 
-/// A step of Newton's method for each island with blocks that the last sweep has not settled. Returns whether that serves
+/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. Returns whether that serves
 /// all of them.
-bool Blocks::solve_stalled(std::span<Velocity> velocity) {
+bool Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
     if (islands_.empty()) {
         find_islands();
     }
     bool all = true;
     for (Island& island : islands_) {
-        if (unsettled_change(island) == 0.0) {
+        if (largest_change(island) <= skip) {
             continue;
         }
         const bool is_tried = !island.resists && island.is_small && sliding_share(*this, island) <= most_sliding;
@@ -182,7 +182,7 @@ bool Blocks::solve_stalled(std::span<Velocity> velocity) {
             }
             for (const int i : island.blocks) {
                 const Block& block = blocks[static_cast<std::size_t>(i)];
-                batch_of(block).seen_a.x[lane_of(block)] = -1.0;
+                batch_of(block).seen[2].x[lane_of(block)] = no_point;
             }
         }
         all = all && is_tried && !island.resists;

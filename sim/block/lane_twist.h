@@ -42,27 +42,21 @@ LANES_INLINE Twist twist_of(const double* velocity, const BlockBatch& batch, con
             {dot(f.t1, w_a - w_b), dot(f.t2, w_a - w_b), dot(f.n, w_a - w_b)}};
 }
 
-/// What a wrench does to the velocities of a body of each lane. rows: as the interval begins; p, moment: impulse [N s] at
-/// r [m] from its centre, and moment about that point [N m s].
-struct Push {
-    Real3 dv, dw;
-    LANES_INLINE Push(const BodyRows* rows, const int* body, const Real3& r, const Real3& p, const Real3& moment) {
-        Real m[8];
-        gather<16>(rows->x, body, m);
-        dv = m[0] * p;
-        dw = Sym3{m[1], m[2], m[3], m[4], m[5], m[6]} * (cross(r, p) + moment);
-    }
-};
-
-/// Adds it to the velocities (rows as in BatchSweep) of the bodies in the lanes `moves`.
-LANES_INLINE void add_push(double* velocity, const int* body, unsigned moves, const Push& push) {
+/// Gives the bodies in the lanes `moves` a wrench. rows: as the interval begins; velocity: rows as in BatchSweep; p, moment:
+/// impulse [N s] at r [m] from the body's centre, and moment about that point [N m s].
+LANES_INLINE void push(const BodyRows* rows, double* velocity, const int* body, unsigned moves, const Real3& r, const Real3& p,
+                       const Real3& moment) {
+    Real m[8];
+    gather<16>(rows->x, body, m);
+    const Real3 dv = m[0] * p;
+    const Real3 dw = Sym3{m[1], m[2], m[3], m[4], m[5], m[6]} * (cross(r, p) + moment);
     const Real zero = real(0.0);
-    Real rows[8] = {push.dv.x, push.dv.y, push.dv.z, push.dw.x, push.dw.y, push.dw.z, zero, zero};
-    transpose(rows);
+    Real change[8] = {dv.x, dv.y, dv.z, dw.x, dw.y, dw.z, zero, zero};
+    transpose(change);
     for (int l = 0; l < lane_count; ++l) {
         if ((moves >> l & 1u) != 0) {
             double* row = velocity + 8 * body[l];
-            store(row, load(row) + rows[l]);
+            store(row, load(row) + change[l]);
         }
     }
 }
@@ -70,8 +64,8 @@ LANES_INLINE void add_push(double* velocity, const int* body, unsigned moves, co
 /// Gives both bodies of the blocks a wrench: a impulse p [N s] and moment [N m s] about the block's centre, b the opposite.
 LANES_INLINE void push_bodies(const BodyRows* rows, double* velocity, const BlockBatch& batch, const Real3& p,
                               const Real3& moment) {
-    add_push(velocity, batch.a, batch.moves_a, Push(rows, batch.a, load3(batch.r_a), p, moment));
-    add_push(velocity, batch.b, batch.moves_b, Push(rows, batch.b, load3(batch.r_b), -p, -moment));
+    push(rows, velocity, batch.a, batch.moves_a, load3(batch.r_a), p, moment);
+    push(rows, velocity, batch.b, batch.moves_b, load3(batch.r_b), -p, -moment);
 }
 
 } // namespace

@@ -25,7 +25,8 @@ struct Visit {
     Real p_n[N], p_1[N], p_2[N];
     Twist twist;
     Real3 force, moment; ///< wrench added so far, in the block's frame
-    Real change;         ///< largest velocity change at a point
+    Real change;         ///< largest velocity change at a point [m/s]
+    Real left;           ///< what the visit may leave of it: friction moves what normal impulses have solved, and is projected once [m/s]
 
     LANES_INLINE Real w(int i, int j) const {
         return i >= j ? load(batch.response[i * (i + 1) / 2 + j]) : load(batch.response[j * (j + 1) / 2 + i]);
@@ -49,6 +50,15 @@ struct Visit {
         return sum;
     }
 
+    /// Of the velocities of a twist at the points.
+    LANES_INLINE Real largest_square(const Twist& t) const {
+        Real largest = real(0.0);
+        for (int k = 0; k < N; ++k) {
+            const Real3 u{t.tangential1(y[k]), t.tangential2(x[k]), t.normal(x[k], y[k])};
+            largest = max(largest, dot(u, u));
+        }
+        return largest;
+    }
     void solve_normals(Real slack);
     void iterate_normals(const Sym3& wn, Mask open, const Real* excess, Real* impulse) const;
     void add_normals(const Sym3& wn, const Real* impulse);
@@ -345,6 +355,9 @@ LANES_INLINE void Visit<N>::add_friction(const Real* new_1, const Real* new_2) {
         square = max(square, u1 * u1 + u2 * u2);
     }
     change = max(change, sqrt(square));
+    for (int k = 0; k < N; ++k) {
+        left = max(left, abs(normal_velocity(k, d)));
+    }
 }
 
 /// Friction impulses that stop the slip of all loaded points: weighted mean slip, and turning about the pressure centre.
@@ -492,6 +505,7 @@ LANES_INLINE void Visit<N>::solve_friction() {
         slide(slides, per_load, new_1, new_2);
     }
     add_friction(new_1, new_2);
+    left = select(slides, change, left);
 }
 
 } // namespace

@@ -159,7 +159,7 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
 int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {
     int count = 0;
     const double stalled = stall_share * settings.tolerance / settings.time_step.value();
-    const double skip = joints_.empty() ? skip_share * settings.velocity_tolerance : -1.0;
+    const double skip = skip_share * settings.velocity_tolerance;
     loop_.wake();
     double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {

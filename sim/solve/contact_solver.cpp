@@ -28,10 +28,6 @@ double node_weight(double last_interval, double h) {
 /// moves from one contact to another, what counts and what does not must balance, or bodies at rest would be told to approach.
 constexpr double largest_growth = 2.0;
 
-/// Blocks are passed over whose bodies changed by less than skip_share of the tolerance, but by no more than this share [-] of
-/// the change of the sweep before.
-constexpr double last_share = 0.05;
-
 /// Sweeps end within the tolerance, and where they change at most this share [-] of what the interval's first one did: what each
 /// step leaves adds up, and towers bounce. Changes of settled_change [m/s] are left to the next steps. Both by trial with towers of
 /// 20 to 60 cubes and the funnel.
@@ -133,7 +129,7 @@ int ContactSolver::iterate(int budget, double part, bool& converged) {
     contacts_.loop.wake();
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = has_joints ? joints_.solve(to_.velocity) : 0.0;
-        const double skip = has_joints ? -1.0 : std::min(skip_share * tolerance, last_share * last);
+        const double skip = skip_share * std::min(tolerance, last);
         last = contacts_.loop.sweep(to_.velocity, skip, slack_share * tolerance);
         if (enough_ == 0.0) {
             enough_ = std::min(tolerance, std::max(solved_share * last, settled_change));

@@ -206,7 +206,7 @@ LANES_INLINE void yield(const RestWork& work, BlockBatch& batch, BatchPoint* poi
         store(rest[k].gap_target, left);
         yields |= changes;
     }
-    store(batch.seen_a, select(yields, real(-1.0), load(batch.seen_a)));
+    store(batch.seen[2], select(yields, real(no_point), load(batch.seen[2])));
 }
 
 /// A body's predicted motion since the interval began.
