@@ -90,25 +90,29 @@ void ContactSolver::scale_guess(const Bodies& bodies, const GapMeasure& gaps) {
         change_[i] = {};
     }
     contacts_.apply_uncertain(change_);
+    changed_.clear();
     double energy = 0.0; // g.A g [J]
     for (const std::size_t i : to_.solved) {
+        if (change_[i].v.isZero(0.0) && change_[i].w.isZero(0.0)) {
+            continue;
+        }
+        changed_.push_back(i);
         to_.velocity[i].v -= change_[i].v;
         to_.velocity[i].w -= change_[i].w;
-        if (!bodies.props[i].is_static()) {
-            energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
-        }
+        energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
     }
+    to_.update(bodies, to_.solved, contacts_.loop.workers);
     if (energy == 0.0) {
         return;
     }
-    to_.update(bodies, contacts_.loop.workers);
     gaps.measure();
     const double best = std::clamp(-contacts_.uncertain_work(to_.velocity) / energy, 0.0, 1.0);
     const double share = best > 0.5 ? 1.0 : best;
-    for (const std::size_t i : to_.solved) {
+    for (const std::size_t i : changed_) {
         to_.velocity[i].v += share * change_[i].v;
         to_.velocity[i].w += share * change_[i].w;
     }
+    to_.update(bodies, changed_, contacts_.loop.workers);
     contacts_.scale_uncertain(share);
 }
 
@@ -150,8 +154,9 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
     const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
     if (std::exchange(is_guess_, false)) {
         scale_guess(bodies, gaps);
+    } else {
+        to_.update(bodies, to_.solved, contacts_.loop.workers);
     }
-    to_.update(bodies, contacts_.loop.workers);
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     double part = 1.0; // see iterate()
@@ -178,7 +183,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             report.iterations +=
                 iterate(std::max(settings_.iteration_limit - report.iterations, 1), part, converged);
         }
-        to_.update(bodies, contacts_.loop.workers);
+        to_.update(bodies, to_.solved, contacts_.loop.workers);
     }
     report.converged =
         report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;

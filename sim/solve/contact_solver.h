@@ -94,6 +94,7 @@ private:
     std::vector<Velocity> at_node_;    ///< see velocity_at_node()
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] memory of scale_guess()
+    std::vector<std::size_t> changed_; ///< by it: bodies that the uncertain share moves
     bool is_guess_ = false;            ///< the impulses are those of the last interval
     double enough_ = 0.0;              ///< [m/s] change that ends the sweeps; 0 until the first one of the interval
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge

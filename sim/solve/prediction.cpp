@@ -38,10 +38,10 @@ void Prediction::move_others(const Bodies& bodies, Workers* workers) {
     share(workers, bodies.props.size(), move, least_shared);
 }
 
-void Prediction::update(const Bodies& bodies, Workers* workers) {
+void Prediction::update(const Bodies& bodies, std::span<const std::size_t> changed, Workers* workers) {
     const auto move = [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
-            const std::size_t i = solved[k];
+            const std::size_t i = changed[k];
             pose[i] = free_motion(bodies.props[i], bodies.pose[i], velocity[i], gravity, h);
             const Mat3 turn = (pose[i].orientation * bodies.pose[i].orientation.conjugate()).toRotationMatrix();
             const Vec3& position = pose[i].position;
@@ -49,7 +49,7 @@ void Prediction::update(const Bodies& bodies, Workers* workers) {
                         turn(2, 2), position.x(), position.y(), position.z()}};
         }
     };
-    share(workers, solved.size(), move, least_shared);
+    share(workers, changed.size(), move, least_shared);
 }
 
 } // namespace sim

@@ -20,8 +20,8 @@ struct Prediction {
     void add(int body);
     /// Once they are added: where the others move.
     void move_others(const Bodies& bodies, Workers* workers);
-    /// Where the solved bodies move with the present velocities.
-    void update(const Bodies& bodies, Workers* workers);
+    /// Where solved bodies, whose velocities have changed, move now.
+    void update(const Bodies& bodies, std::span<const std::size_t> changed, Workers* workers);
 };
 
 } // namespace sim
