@@ -50,7 +50,7 @@ struct Visit {
         return sum;
     }
 
-    /// Of the velocities of a twist at the points.
+    /// Of the velocities of a twist at the points [m^2/s^2].
     LANES_INLINE Real largest_square(const Twist& t) const {
         Real largest = real(0.0);
         for (int k = 0; k < N; ++k) {
