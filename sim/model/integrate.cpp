@@ -15,18 +15,15 @@ bool nearly_equal(double x, double y) {
     return std::abs(x - y) <= equal_moments * std::max(std::abs(x), std::abs(y));
 }
 
-/// Angle [rad] a substep of an asymmetric body may turn: the fourth-order splitting then errs by about 1e-13
-/// a radian.
-constexpr double substep_angle = 0.01;
+/// Angle [rad] a substep of an asymmetric body may turn: the terms of its series become small soon.
+constexpr double substep_angle = 0.1;
+/// Terms of the series below this [-] are rounding; of that angle there are no more than most_terms.
+constexpr double least_term = 1e-17;
+constexpr std::size_t most_terms = 12;
 
 /// Rotation about the body's own z axis.
 Quat about_z(double angle) {
     return Quat(std::cos(0.5 * angle), 0.0, 0.0, std::sin(0.5 * angle));
-}
-
-/// Rotation about the body's own x axis.
-Quat about_x(double angle) {
-    return Quat(std::cos(0.5 * angle), std::sin(0.5 * angle), 0.0, 0.0);
 }
 
 /// Torque-free rotation of a body with moments (A, A, C): it precesses about the constant L with L / A and
@@ -38,31 +35,38 @@ Quat symmetric_rotation(const Quat& world_from_principal, const Vec3& momentum, 
            about_z((inverse_c - inverse_a) * l_z * h);
 }
 
-/// Torque-free rotation of an asymmetric body: the symmetric body with moments (B, B, C), and the remaining
-/// turn about x with rate (1/A - 1/B) L_x, composed to fourth order (Blanes & Moan 2002, S6). Both parts are
-/// exact, so the angular momentum is kept to rounding.
+/// Torque-free rotation of an asymmetric body by the Taylor series of q' = q w / 2 and L' = L x w, in the frame of its principal
+/// axes, where w = L / I. Exact to rounding. momentum: L, world.
 Quat asymmetric_rotation(const BodyProps& props, Quat world_from_principal, const Vec3& momentum, double h) {
-    constexpr std::array a{0.0792036964311957, 0.353172906049774, -0.0420650803577195};
-    constexpr std::array b{0.209515106613362, -0.143851773179818};
-    constexpr double a4 = 1.0 - 2.0 * (a[0] + a[1] + a[2]);
-    constexpr double b3 = 0.5 - (b[0] + b[1]);
     const Vec3& inverse = props.inverse_principal_inertia;
-    const double rate = momentum.norm() * inverse.maxCoeff();
-    const int substeps = std::max(1, static_cast<int>(std::ceil(rate * h / substep_angle)));
+    const double angle = momentum.norm() * inverse.maxCoeff() * h; // at most
+    const int substeps = std::max(1, static_cast<int>(std::ceil(angle / substep_angle)));
     const double s = h / substeps;
-    const auto top = [&](double part) {
-        world_from_principal =
-            symmetric_rotation(world_from_principal, momentum, inverse.y(), inverse.z(), part * s);
-    };
-    const auto rest = [&](double part) {
-        const double l_x = (world_from_principal.conjugate() * momentum).x();
-        world_from_principal = world_from_principal * about_x((inverse.x() - inverse.y()) * l_x * part * s);
-    };
     for (int i = 0; i < substeps; ++i) {
-        top(a[0]), rest(b[0]), top(a[1]), rest(b[1]), top(a[2]), rest(b3);
-        top(a4);
-        rest(b3), top(a[2]), rest(b[1]), top(a[1]), rest(b[0]), top(a[0]);
-        world_from_principal.normalize();
+        // Terms of degree k in the time, of the whole substep: q[k], l[k], and of s w, w[k].
+        std::array<Quat, most_terms> q{world_from_principal};
+        std::array<Vec3, most_terms> l{world_from_principal.conjugate() * momentum};
+        std::array<Vec3, most_terms> w;
+        Eigen::Vector4d sum = q[0].coeffs();
+        double size = 1.0; // of a term, at most
+        for (std::size_t k = 0; k + 1 < most_terms && size > least_term; ++k) {
+            const double per = 1.0 / static_cast<double>(k + 1);
+            w[k] = s * inverse.cwiseProduct(l[k]);
+            Vec3 l_next = Vec3::Zero();
+            Vec3 axis = Vec3::Zero();
+            double real = 0.0;
+            for (std::size_t j = 0; j <= k; ++j) {
+                l_next += l[j].cross(w[k - j]);
+                axis += q[j].w() * w[k - j] + q[j].vec().cross(w[k - j]);
+                real -= q[j].vec().dot(w[k - j]);
+            }
+            l[k + 1] = per * l_next;
+            q[k + 1].vec() = 0.5 * per * axis;
+            q[k + 1].w() = 0.5 * per * real;
+            sum += q[k + 1].coeffs();
+            size *= angle / substeps * per;
+        }
+        world_from_principal = Quat(sum).normalized();
     }
     return world_from_principal;
 }

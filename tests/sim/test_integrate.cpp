@@ -135,7 +135,7 @@ TEST(integrate, asymmetric_body_keeps_energy_and_angular_momentum) {
         velocity = velocity_after(props, pose, after, velocity, Vec3::Zero());
         pose = after;
     }
-    // 40 rad: the splitting errs by 1e-13 a radian at most; rounding of 1000 steps adds 1000 eps.
+    // 40 rad: rounding of 1000 steps adds 1000 eps.
     EXPECT_NEAR(energy() / start, 1.0, 4e-12);
     EXPECT_LE((angular_momentum(props, pose.orientation, velocity.w) - momentum).norm(),
               1e-12 * momentum.norm());
@@ -155,5 +155,5 @@ TEST(integrate, parts_of_an_interval_compose_to_the_whole) {
         pose = after;
     }
     EXPECT_LE((pose.position - whole.position).norm(), 1e-13);
-    EXPECT_LE(angle_between(pose.orientation, whole.orientation), 1e-12); // 2 rad, 1e-13 a radian each way
+    EXPECT_LE(angle_between(pose.orientation, whole.orientation), 1e-12);
 }
