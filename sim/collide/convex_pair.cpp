@@ -458,9 +458,13 @@ void convex_contacts(const Convex& a, const Convex& b, const ContactList& list) 
     }
 }
 
-double convex_separation(const Convex& a, const Convex& b) {
+Vec3 separating_direction(const Convex& a, const Convex& b) {
     const double rounding = a.rounding + b.rounding;
-    return find_core_gap(a, b, rounding + well_apart * (a.size + b.size + rounding)) - rounding;
+    return find_direction(a, b, rounding + well_apart * (a.size + b.size + rounding));
+}
+
+double convex_separation(const Convex& a, const Convex& b, const Vec3& n) {
+    return core_gap(a, b, n) - a.rounding - b.rounding;
 }
 
 void convex_plane_contacts(const Convex& convex, const Pose& plane, bool plane_is_b, const ContactList& list) {

@@ -39,6 +39,15 @@ void for_each_part(const Shape& shape, F&& f) {
         shape);
 }
 
+/// Of a convex shape.
+std::optional<PrimitiveShape> only_part(const Shape& shape) {
+    std::optional<PrimitiveShape> part;
+    if (!std::holds_alternative<Compound>(shape)) {
+        for_each_part(shape, [&](const PrimitiveShape& primitive, const Pose&) { part = primitive; });
+    }
+    return part;
+}
+
 PlacedBall placed(const Sphere& sphere, const Pose& world_from_body, const Pose& body_from_part) {
     return {sphere.radius, world_from_body * body_from_part.position, body_from_part.position};
 }
@@ -64,6 +73,7 @@ struct Collector {
     double margin = 0.0;
     std::vector<Contact>* contacts = nullptr; ///< null: separation only
     double separation = std::numeric_limits<double>::infinity();
+    Vec3 n = Vec3::Zero(); ///< along which it was found, if between convex parts
 
     /// Does a gap [m] matter?
     bool is_wanted(double gap) const { return contacts != nullptr ? gap <= margin : gap < separation; }
@@ -72,7 +82,10 @@ struct Collector {
         if (contacts != nullptr) {
             convex_contacts(a, b, {margin, id_base, *contacts});
         } else {
-            separation = std::min(separation, convex_separation(a, b));
+            const Vec3 direction = separating_direction(a, b);
+            const double apart = convex_separation(a, b, direction);
+            n = apart < separation ? direction : n;
+            separation = std::min(separation, apart);
         }
     }
 
@@ -198,13 +211,18 @@ struct Part {
     PlacedBall ball() const { return placed(std::get<Sphere>(shape), world_from_body, body_from_part); }
 };
 
+bool has_closed_forms(const PrimitiveShape& a, const PrimitiveShape& b) {
+    const auto is_simple = [](const PrimitiveShape& s) {
+        return std::holds_alternative<Sphere>(s) || std::holds_alternative<Box>(s);
+    };
+    return is_simple(a) && is_simple(b);
+}
+
 /// One part of a against one part of b.
 void part_against_part(const Part& a, const Part& b, std::uint64_t id_base, Collector& out) {
     const bool ball_a = std::holds_alternative<Sphere>(a.shape);
     const bool ball_b = std::holds_alternative<Sphere>(b.shape);
-    const bool has_closed_form =
-        (ball_a || std::holds_alternative<Box>(a.shape)) && (ball_b || std::holds_alternative<Box>(b.shape));
-    if (!has_closed_form) {
+    if (!has_closed_forms(a.shape, b.shape)) {
         out.add_convex(a.convex(), b.convex(), id_base);
     } else if (ball_a && ball_b) {
         ContactFeature feature;
@@ -271,10 +289,24 @@ void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, st
     sort_by_id(contacts);
 }
 
-double separation(const PlacedShape& a, const PlacedShape& b) {
+double separation(const PlacedShape& a, const PlacedShape& b, ContactFeature* nearest) {
     Collector out;
     collect(a, b, out);
+    if (nearest != nullptr) {
+        nearest->kind = FeatureKind::face_b;
+        nearest->direction_b = b.pose.orientation.conjugate() * out.n;
+    }
     return out.separation;
+}
+
+std::optional<double> separation_along(const PlacedShape& a, const PlacedShape& b, const ContactFeature& features) {
+    const std::optional<PrimitiveShape> part_a = only_part(a.shape);
+    const std::optional<PrimitiveShape> part_b = only_part(b.shape);
+    if (!part_a || !part_b || has_closed_forms(*part_a, *part_b)) {
+        return std::nullopt;
+    }
+    return convex_separation(placed(*part_a, a.pose, Pose{}), placed(*part_b, b.pose, Pose{}),
+                             contact_geometry(features, a.pose, b.pose).n);
 }
 
 } // namespace sim

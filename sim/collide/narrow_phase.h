@@ -2,6 +2,8 @@
 /// Pair of bodies -> manifold: boxes, balls and planes in closed form, other convex parts by convex_pair.h.
 #include "sim/collide/manifold.h"
 
+#include <optional>
+
 namespace sim {
 
 struct PlacedShape {
@@ -16,7 +18,11 @@ void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, st
 
 /// Signed distance of two shapes [m], exact where they overlap (its negative is the depth of penetration) and
 /// a lower bound of the distance where they are apart. Looks at the shapes anew, without any preference among
-/// features.
-double separation(const PlacedShape& a, const PlacedShape& b);
+/// features. nearest, of two convex bodies: a face of b that tells the direction along which it was found.
+double separation(const PlacedShape& a, const PlacedShape& b, ContactFeature* nearest = nullptr);
+
+/// How far two convex bodies are apart along the normal that these features have [m], no more than separation(). None where that
+/// would not take far less: of boxes, balls, planes and compounds.
+std::optional<double> separation_along(const PlacedShape& a, const PlacedShape& b, const ContactFeature& features);
 
 } // namespace sim

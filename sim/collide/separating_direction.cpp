@@ -57,15 +57,12 @@ bool meet_between_ends(const CoreFeature& fa, const CoreFeature& fb) {
 class Ascent {
 public:
     Ascent(const Convex& a, const Convex& b, double enough)
-        : a_(a), b_(b), between_(a.world_from_part.position - b.world_from_part.position), enough_(enough),
-          slack_(preference * std::max(a.size, b.size)) {
+        : a_(a), b_(b), enough_(enough), slack_(preference * std::max(a.size, b.size)) {
         features_a_.reserve(usual_features);
         features_b_.reserve(usual_features);
     }
 
-    double gap(const Vec3& n) const {
-        return n.dot(between_) - support_height(a_, -n) - support_height(b_, n);
-    }
+    double gap(const Vec3& n) const { return core_gap(a_, b_, n); }
 
     /// Moves uphill from n until no pair of neighbouring features is better; false where the gap is known to exceed
     /// `enough` before.
@@ -337,7 +334,6 @@ private:
 
     const Convex& a_;
     const Convex& b_;
-    Vec3 between_; ///< part's origin of a minus that of b
     double enough_;
     double slack_; ///< [m]
     Vec3 n_ = Vec3::UnitZ();
@@ -419,6 +415,10 @@ bool find_best(Ascent& ascent, const Convex& a, const Convex& b) {
 
 } // namespace
 
+double core_gap(const Convex& a, const Convex& b, const Vec3& n) {
+    return n.dot(a.world_from_part.position - b.world_from_part.position) - support_height(a, -n) - support_height(b, n);
+}
+
 Separation find_separation(const Convex& a, const Convex& b, double enough) {
     Ascent ascent(a, b, enough);
     Separation result;
@@ -434,10 +434,10 @@ Separation find_separation(const Convex& a, const Convex& b, double enough) {
     return result;
 }
 
-double find_core_gap(const Convex& a, const Convex& b, double enough) {
+Vec3 find_direction(const Convex& a, const Convex& b, double enough) {
     Ascent ascent(a, b, enough);
     find_best(ascent, a, b);
-    return ascent.best.core_gap;
+    return ascent.best.n;
 }
 
 } // namespace sim

@@ -32,7 +32,10 @@ struct Separation {
 /// enough [m]: the search may end where the gap of the cores is known to be larger.
 Separation find_separation(const Convex& a, const Convex& b, double enough);
 
-/// The largest s(n) [m]; a lower bound of it, more than `enough`, where it is larger than that.
-double find_core_gap(const Convex& a, const Convex& b, double enough);
+/// s(n) [m].
+double core_gap(const Convex& a, const Convex& b, const Vec3& n);
+
+/// n of the largest s(n); where that is larger than `enough` [m], one of which s(n) is, too.
+Vec3 find_direction(const Convex& a, const Convex& b, double enough);
 
 } // namespace sim

@@ -99,9 +99,7 @@ void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorne
         distances.find_box_contacts(candidate, corners, margin, contacts);
     } else {
         find_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, margin, contacts);
-        if (contacts.empty()) {
-            distances.set_apart(candidate);
-        }
+        distances.set_found(candidate, contacts);
     }
     if (pair.manifold.contacts.empty()) {
         begin_pair(pair, candidate.bodies, bodies_);

@@ -73,18 +73,32 @@ void PairDistances::update_axes(std::span<const Candidate> candidates) {
     }
 }
 
-/// A lower bound of the distance of two bodies, no boxes, at these poses, by what the last look found [m].
-double PairDistances::least_separation(const Candidate& candidate, std::span<const Pose> poses) {
+/// A lower bound of the distance of two bodies, no boxes, at these poses [m]: what the last look found, less what they have moved
+/// since; where that is no more than `enough`, along the features that were nearest then.
+double PairDistances::least_separation(const Candidate& candidate, std::span<const Pose> poses, double enough) {
     Separation& found = separations_[candidate.slot];
     if (candidate.is_new) {
         found = {};
     }
     const auto a = static_cast<std::size_t>(candidate.bodies.a);
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
-    return found.distance < 0.0
-               ? found.distance
-               : found.distance - moved_by(bodies_.props[a], found.a, poses[a], Vec3::Zero()) -
-                     moved_by(bodies_.props[b], found.b, poses[b], Vec3::Zero());
+    const double left = found.distance < 0.0
+                            ? found.distance
+                            : found.distance - moved_by(bodies_.props[a], found.a, poses[a], Vec3::Zero()) -
+                                  moved_by(bodies_.props[b], found.b, poses[b], Vec3::Zero());
+    if (left > enough || std::isinf(left) || (is_same(found.a, poses[a]) && is_same(found.b, poses[b]))) {
+        return left;
+    }
+    const std::optional<double> apart =
+        separation_along({bodies_.props[a].shape, poses[a]}, {bodies_.props[b].shape, poses[b]}, found.nearest);
+    if (!apart) {
+        return left;
+    }
+    found.distance = *apart;
+    found.a = poses[a];
+    found.b = poses[b];
+    found.is_exact = false;
+    return *apart;
 }
 
 /// Looks at a pair, no boxes, at these poses, unless it was looked at there last.
@@ -92,9 +106,12 @@ void PairDistances::look(const Candidate& candidate, std::span<const Pose> poses
     const auto a = static_cast<std::size_t>(candidate.bodies.a);
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
     Separation& found = separations_[candidate.slot];
-    if (std::isinf(found.distance) || !is_same(found.a, poses[a]) || !is_same(found.b, poses[b])) {
-        found = {separation({bodies_.props[a].shape, poses[a]}, {bodies_.props[b].shape, poses[b]}), poses[a],
-                 poses[b]};
+    if (!found.is_exact || !is_same(found.a, poses[a]) || !is_same(found.b, poses[b])) {
+        found = {};
+        found.a = poses[a];
+        found.b = poses[b];
+        found.is_exact = true;
+        found.distance = separation({bodies_.props[a].shape, poses[a]}, {bodies_.props[b].shape, poses[b]}, &found.nearest);
     }
     found.penetration = -found.distance;
 }
@@ -102,10 +119,11 @@ void PairDistances::look(const Candidate& candidate, std::span<const Pose> poses
 /// Of a pair at the present poses: within the step?
 bool PairDistances::may_touch(const Candidates& candidates, const Candidate& candidate) {
     const BodyPair& pair = candidate.bodies;
-    const double apart =
-        candidate.are_boxes ? axes_[candidate.slot].separation() : least_separation(candidate, bodies_.pose);
+    const double farthest = candidates.farthest(pair);
+    const double apart = candidate.are_boxes ? axes_[candidate.slot].separation()
+                                             : least_separation(candidate, bodies_.pose, farthest);
     // Most are farther than they can get, which is told without their velocities.
-    return !(apart > candidates.farthest(pair)) && !(apart > candidates.margin_of(pair));
+    return !(apart > farthest) && !(apart > candidates.margin_of(pair));
 }
 
 std::span<const std::uint32_t> PairDistances::find_near(Candidates& candidates) {
@@ -151,7 +169,19 @@ void PairDistances::find_box_contacts(const Candidate& candidate, const FaceCorn
     box_box_contacts(placed(a), placed(b), axes_[candidate.slot], corners, {margin, 0, contacts});
 }
 
-void PairDistances::check(Candidates& candidates, std::span<const Pose> planned, bool is_first) {
+void PairDistances::set_found(const Candidate& candidate, std::span<const Contact> contacts) {
+    if (contacts.empty()) {
+        look(candidate, bodies_.pose);
+        return;
+    }
+    const Contact* lowest = &contacts.front(); // the last of those: crossing edges tell more than what lies on a face beside them
+    for (const Contact& contact : contacts) {
+        lowest = contact.at.gap <= lowest->at.gap ? &contact : lowest;
+    }
+    separations_[candidate.slot].nearest = lowest->feature;
+}
+
+void PairDistances::check(Candidates& candidates, std::span<const Pose> planned, double enough, bool is_first) {
     place(candidates, planned, [&](std::size_t i) {
         return is_first || !is_same(looked_at_[i], planned[i]);
     });
@@ -160,17 +190,23 @@ void PairDistances::check(Candidates& candidates, std::span<const Pose> planned,
         update_axes(all.subspan(first, last - first));
         for (Candidate& candidate : all.subspan(first, last - first)) {
             if (!candidate.are_boxes && has_moved(candidate)) {
-                const double apart = least_separation(candidate, planned);
-                if (apart > 0.0) {
-                    separations_[candidate.slot].penetration = -apart;
-                } else {
-                    look(candidate, planned);
-                }
+                separations_[candidate.slot].penetration = -least_separation(candidate, planned, 0.0);
+                penetration(candidate, planned, enough);
             }
             candidate.is_new = false;
         }
     };
     workers_.run(all.size(), check_some, least_shared);
+}
+
+double PairDistances::penetration(const Candidate& candidate, std::span<const Pose> planned, double enough) {
+    if (candidate.are_boxes) {
+        return -axes_[candidate.slot].separation();
+    }
+    if (separations_[candidate.slot].penetration > enough) {
+        look(candidate, planned);
+    }
+    return separations_[candidate.slot].penetration;
 }
 
 } // namespace sim

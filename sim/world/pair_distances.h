@@ -19,22 +19,20 @@ public:
     /// Indices of the candidates that may touch within the step, at the present poses.
     std::span<const std::uint32_t> find_near(Candidates& candidates);
 
-    /// Depths of penetration of the candidates at `planned` poses. is_first: of this plan; later only pairs
-    /// of bodies that moved since are looked at.
-    void check(Candidates& candidates, std::span<const Pose> planned, bool is_first);
-    /// [m] then.
-    double penetration(const Candidate& candidate) const {
-        return candidate.are_boxes ? -axes_[candidate.slot].separation()
-                                   : separations_[candidate.slot].penetration;
-    }
+    /// Depths of penetration of the candidates at `planned` poses, exact where they exceed `enough` [m]. is_first: of this plan;
+    /// later only pairs of bodies that moved since are looked at.
+    void check(Candidates& candidates, std::span<const Pose> planned, double enough, bool is_first);
+    /// [m] then, and no less than it is below `enough` [m], which may be less.
+    double penetration(const Candidate& candidate, std::span<const Pose> planned, double enough);
 
     /// Corners of the faces [near] of those that are boxes, up to lane_count, after find_near().
     void clip(std::span<const Candidate* const> near, std::span<FaceCorners> corners) const;
     /// Their contacts.
     void find_box_contacts(const Candidate& candidate, const FaceCorners& corners, double margin,
                            std::vector<Contact>& contacts) const;
-    /// Others, no box and no contact: they are looked at again once they may have come near.
-    void set_apart(const Candidate& candidate) { look(candidate, bodies_.pose); }
+    /// Of others, not both boxes, what was found at the present poses. Without contacts they are looked at again once they may
+    /// have come near; with some, along the features that touch first.
+    void set_found(const Candidate& candidate, std::span<const Contact> contacts);
 
 private:
     template <typename F>
@@ -42,7 +40,7 @@ private:
     void update_axes(std::span<const Candidate> candidates);
     bool has_moved(const Candidate& candidate) const;
     void look(const Candidate& candidate, std::span<const Pose> poses);
-    double least_separation(const Candidate& candidate, std::span<const Pose> poses);
+    double least_separation(const Candidate& candidate, std::span<const Pose> poses, double enough);
     bool may_touch(const Candidates& candidates, const Candidate& candidate);
 
     const Bodies& bodies_;
@@ -52,14 +50,16 @@ private:
     std::vector<Pose> looked_at_;        ///< [count] poses at which a body's pairs were last looked at
     std::vector<char> moved_;            ///< [count] since then
     std::vector<BoxAxes> axes_;          ///< [slots of boxes]
-    /// A separation [m] that was found, and at which poses.
+    /// How far two bodies are apart [m], at least, and at which poses.
     struct Separation {
         double distance = -std::numeric_limits<double>::infinity();
         Pose a;
         Pose b;
         double penetration = 0.0; ///< [m] at the planned poses, by check()
+        bool is_exact = false;    ///< where they overlap
+        ContactFeature nearest;   ///< features along whose normal they were found so
     };
-    std::vector<Separation> separations_; ///< [slots of others] where the last look found them apart
+    std::vector<Separation> separations_; ///< [slots of others] by the last look
     std::vector<std::uint32_t> near_;
 };
 

@@ -68,12 +68,13 @@ std::vector<Contact> Repair::contacts_of(const BodyPair& pair) const {
 
 bool Repair::verify() {
     search_.candidates.find_thrown(solver_.solved_bodies(), solver_.predicted(), interval_);
-    search_.distances.check(search_.candidates, solver_.predicted(), std::exchange(is_first_, false));
+    search_.distances.check(search_.candidates, solver_.predicted(), settings_.tolerance, std::exchange(is_first_, false));
     verified_penetration = 0.0;
     meeting_.clear();
     overlapping_.clear();
     for (const Candidate& candidate : search_.candidates.all()) {
-        const double depth = search_.distances.penetration(candidate);
+        const double known = std::min(verified_penetration, settings_.tolerance);
+        const double depth = search_.distances.penetration(candidate, solver_.predicted(), known);
         verified_penetration = std::max(verified_penetration, depth);
         if (depth <= settings_.tolerance) {
             continue;
