@@ -79,25 +79,32 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     loop_.clear();
     targets_.clear();
     energy_owed_ = 0.0;
-    collides_.resize(pairs.size());
-    loop_.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+    if (pass == 0) {
+        near_.clear();
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+            if (pairs[k].least_gap <= now.reach || now.soon > 0.0) {
+                near_.push_back(static_cast<int>(k));
+            }
+        }
+    }
+    const auto near = [&](std::size_t k) -> const PairContacts& { return pairs[static_cast<std::size_t>(near_[k])]; };
+    collides_.resize(near_.size());
+    loop_.share(near_.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
             if (pass == 0 && k + prefetched < last) {
-                prefetch(pairs[k + prefetched]);
+                prefetch(near(k + prefetched));
             }
-            const PairContacts& pair = pairs[k];
-            const bool is_changed = pass == 0 || is_changed_[static_cast<std::size_t>(pair.manifold.body_a)] != 0 ||
-                                    is_changed_[static_cast<std::size_t>(pair.manifold.body_b)] != 0;
-            const bool is_near = pair.least_gap <= now.reach || now.soon > 0.0;
-            collides_[k] = is_changed && is_near && collides(bodies, pair, velocity, now);
+            const bool is_changed = pass == 0 || is_changed_[static_cast<std::size_t>(near(k).manifold.body_a)] != 0 ||
+                                    is_changed_[static_cast<std::size_t>(near(k).manifold.body_b)] != 0;
+            collides_[k] = is_changed && collides(bodies, near(k), velocity, now);
         }
     });
     if (pass >= first_held_pass) {
         hold_neighbours(bodies, pairs, now);
     }
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
+    for (std::size_t k = 0; k < near_.size(); ++k) {
         if (collides_[k] != 0) {
-            add_pair(bodies, pairs[k], static_cast<int>(k), velocity, now);
+            add_pair(bodies, near(k), near_[k], velocity, now);
         }
     }
     loop_.arrange(bodies, 0, velocity);
@@ -117,14 +124,15 @@ void CollisionSolver::hold_neighbours(const Bodies& bodies, std::span<const Pair
     const auto mark = [&](int body) {
         is_changed_[static_cast<std::size_t>(body)] = !bodies.props[static_cast<std::size_t>(body)].is_static();
     };
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto near = [&](std::size_t k) -> const PairContacts& { return pairs[static_cast<std::size_t>(near_[k])]; };
+    for (std::size_t k = 0; k < near_.size(); ++k) {
         if (collides_[k] != 0) {
-            mark(pairs[k].manifold.body_a);
-            mark(pairs[k].manifold.body_b);
+            mark(near(k).manifold.body_a);
+            mark(near(k).manifold.body_b);
         }
     }
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-        const PairContacts& pair = pairs[k];
+    for (std::size_t k = 0; k < near_.size(); ++k) {
+        const PairContacts& pair = near(k);
         const bool is_pushed = is_changed_[static_cast<std::size_t>(pair.manifold.body_a)] != 0 ||
                                is_changed_[static_cast<std::size_t>(pair.manifold.body_b)] != 0;
         if (is_pushed && pair.least_gap <= now.reach && pair.material.restitution < 1.0) {

@@ -70,9 +70,8 @@ void Candidates::move(double interval) {
 double Candidates::margin_of(const BodyPair& pair) const {
     const auto a = static_cast<std::size_t>(pair.a);
     const auto b = static_cast<std::size_t>(pair.b);
-    const double h = settings_.time_step.value();
     const double approach = (bodies_.velocity[a].v - bodies_.velocity[b].v).norm() + rim_speed_[a] + rim_speed_[b];
-    return h * (approach + h * settings_.gravity.norm()) + settings_.tolerance;
+    return h_ * (approach + fall_) + settings_.tolerance;
 }
 
 double Candidates::farthest(const BodyPair& pair) const {
@@ -87,7 +86,8 @@ Vec3 Candidates::drift_in(double t) const {
 
 /// How far each body may move in the step, in the frame of the search.
 void Candidates::find_reach() {
-    const double h = settings_.time_step.value();
+    h_ = settings_.time_step.value();
+    fall_ = h_ * settings_.gravity.norm();
     reach_.resize(count_);
     rim_speed_.resize(count_);
     for (std::size_t i = 0; i < count_; ++i) {
@@ -95,7 +95,7 @@ void Candidates::find_reach() {
         const Velocity& velocity = bodies_.velocity[i];
         rim_speed_[i] = props.is_fixed() ? 0.0 : velocity.w.norm() * props.bounding_radius;
         const double spin = props.is_fixed() ? 0.0 : spin_growth(props) * rim_speed_[i];
-        reach_[i] = h * ((velocity.v - frame_).norm() + spin + h * settings_.gravity.norm());
+        reach_[i] = h_ * ((velocity.v - frame_).norm() + spin + fall_);
     }
 }
 

@@ -93,6 +93,8 @@ private:
     std::size_t count_ = 0;
     std::vector<BodyPair> jointed_;
     BroadPhase broad_phase_;
+    double h_ = 0.0;                     ///< [s] the step
+    double fall_ = 0.0;                  ///< [m/s] by gravity within it
     std::vector<double> reach_;          ///< [count] that each body may move in the step, in the frame of the search [m]
     std::vector<double> rim_speed_;      ///< [count] of its outermost point by its rotation [m/s]
     Vec3 frame_ = Vec3::Zero();          ///< velocity of the frame of the search [m/s]
