@@ -10,9 +10,6 @@ namespace {
 constexpr int looks = 1000;
 constexpr int polite_looks = 2000;
 
-/// Ranges of each thread, at most: more even the threads' work out better, and cost more.
-constexpr std::size_t most_ranges = 4;
-
 /// A share holds the number of its loop times this, and the ranges left.
 constexpr std::size_t loop_unit = 16;
 

@@ -12,6 +12,9 @@ namespace sim {
 /// caller's thread works too, so one thread starts none.
 class Workers {
 public:
+    /// Ranges of each thread, at most: more even the threads' work out better, and cost more.
+    static constexpr std::size_t most_ranges = 4;
+
     /// threads >= 1.
     explicit Workers(int threads);
     ~Workers();

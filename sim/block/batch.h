@@ -20,6 +20,11 @@ inline constexpr double no_point = -1e300;
 /// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
 inline constexpr double collinear = 1e-7;
 
+/// Differences of less than this share [-] of the terms are rounding; of less than the other are too, where it has been enlarged:
+/// normals are one, and friction is at its limit mu p_n.
+inline constexpr double rounding_share = 1e-12;
+inline constexpr double same_share = 1e-9;
+
 /// Two rows of 64 bytes of a body. As the interval begins: inverse mass [1/kg] and inverse inertia tensor [1/(kg m^2)]
 /// (xx xy xz yy yz zz); position in the second. As predicted at its end: rotation since then (row by row), position.
 struct alignas(64) BodyRows {

@@ -18,15 +18,6 @@ static_assert(offsetof(Contact, at.gap) == 0 && offsetof(Contact, at.n) == sizeo
                   offsetof(Contact, at.a) == 4 * sizeof(double) && sizeof(Contact) >= 8 * sizeof(double),
               "prepare_kernel.cpp reads a row of 8 that begins with gap, n and a");
 
-/// Normals that differ by less than this [-] belong to one block.
-constexpr double same_normal = 1e-9;
-
-/// Colours a body's blocks can have before the rest of them are visited one by one: bits of a number.
-constexpr int colour_limit = 64;
-
-/// Threads take shares of a colour's batches: in this many runs [-] of batches their sizes are alike.
-constexpr std::size_t equal_shares = 4;
-
 double combined(double x, double y) {
     if (x < 0.0 || y < 0.0) {
         return std::max({x, y, 0.0});
@@ -47,7 +38,7 @@ std::size_t block_length(std::span<const Any> contacts) {
     const Vec3& n = normal_of(contacts[0]);
     std::size_t length = 1;
     while (length < contacts.size() && length < block_size &&
-           (normal_of(contacts[length]) - n).squaredNorm() < same_normal * same_normal) {
+           (normal_of(contacts[length]) - n).squaredNorm() < same_share * same_share) {
         ++length;
     }
     return length;
@@ -182,12 +173,13 @@ void Blocks::reset_bodies(const Bodies& bodies, std::size_t first_block) {
     }
 }
 
-/// Graph colouring: no two blocks of a colour move the same body; each takes the first colour free. Sorted by colour, then
-/// by size.
+/// Graph colouring: no two blocks of a colour move the same body; each takes the first colour free, and a colour of its own where
+/// its bodies have used up the bits of a number. Sorted by colour, then by size.
 std::vector<Blocks::Place> Blocks::coloured(const Bodies& bodies, std::size_t first_block) {
     std::vector<Place> places;
     places.reserve(blocks.size() - first_block);
-    int alone = colour_limit;
+    const int last = std::numeric_limits<std::uint64_t>::digits;
+    int alone = last;
     for (std::size_t i = first_block; i < blocks.size(); ++i) {
         const auto a = static_cast<std::size_t>(blocks[i].a);
         const auto b = static_cast<std::size_t>(blocks[i].b);
@@ -195,7 +187,7 @@ std::vector<Blocks::Place> Blocks::coloured(const Bodies& bodies, std::size_t fi
         std::uint64_t& used_a = bodies.props[a].is_static() ? none : used_[a];
         std::uint64_t& used_b = bodies.props[b].is_static() ? none : used_[b];
         int colour = std::countr_one(used_a | used_b);
-        if (colour < colour_limit) {
+        if (colour < last) {
             used_a |= std::uint64_t{1} << colour;
             used_b |= std::uint64_t{1} << colour;
         } else {
@@ -251,8 +243,8 @@ void Blocks::make_batches(const std::vector<Place>& places) {
             first = end_of_batch(places, begin);
             of_colour.push_back({begin, first - begin});
         }
-        for (std::size_t share = 0; share < equal_shares; ++share) {
-            for (std::size_t i = share; i < of_colour.size(); i += equal_shares) {
+        for (std::size_t share = 0; share < Workers::most_ranges; ++share) {
+            for (std::size_t i = share; i < of_colour.size(); i += Workers::most_ranges) {
                 add_batch(of_colour[i]);
             }
         }

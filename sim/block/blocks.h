@@ -127,9 +127,6 @@ inline constexpr int newton_period = 4;
 /// of a tower or a chain of any length it does not; that of a dense heap of 256 takes a tenth of a second.
 inline constexpr std::size_t newton_size = 64;
 
-/// Friction within this share [-] of mu p_n is at its limit: projected there, it differs by rounding only.
-inline constexpr double limit_share = 1e-9;
-
 /// Rounds [-] of what is repeated until it is right, where nothing proves that it ends: linear solves at predicted poses, changes
 /// of marks, motors at their limits, repairs, the time of an impact.
 inline constexpr int most_rounds = 12;

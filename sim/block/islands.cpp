@@ -9,9 +9,8 @@
 namespace sim {
 namespace {
 
-/// Compliance of Newton's equations [-] that is tried first, and at most: 1 is as soft as a visit of a block alone.
+/// Compliance of Newton's equations [-] that is tried first; at most 1, as soft as a visit of a block alone.
 constexpr double least_compliance = 1e-3;
-constexpr double largest_compliance = 1.0;
 /// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
 constexpr double most_sliding = 0.05;
 /// By which it grows where a step made it worse [-].
@@ -156,7 +155,7 @@ bool Blocks::next_compliance(Island& island, std::span<Velocity> velocity) {
     } else {
         restore(island, velocity);
         island.compliance *= compliance_factor;
-        island.resists = island.compliance > largest_compliance;
+        island.resists = island.compliance > 1.0;
         return !island.resists;
     }
     island.change = change;

@@ -22,7 +22,7 @@ Mat3 inverse_inertia_of(const BodyRows& row) {
 }
 
 bool slides(const LanePoint& point, double mu) {
-    return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - limit_share) * mu * point.p_n;
+    return point.p_n > 0.0 && point.p_t.norm() >= (1.0 - same_share) * mu * point.p_n;
 }
 
 /// Coefficients of a body's velocity (v, w) in a velocity that has `twist` coefficients of the block's twist.

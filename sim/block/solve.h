@@ -9,8 +9,6 @@ namespace {
 /// Rounds of the search for the set of loaded points, beside one a point; lanes that have not come to an end then, or
 /// come back to the set of two rounds before, are iterated point by point, as many rounds.
 constexpr int set_rounds = 5;
-/// Velocities this share [-] of their terms below the target are at it.
-constexpr double rounding = 1e-12;
 /// Targets that a rigid motion misses by no more than this share [-] of the velocities asked for are consistent.
 constexpr double inconsistent = 1e-10;
 constexpr double infinity = __builtin_inf();
@@ -241,7 +239,7 @@ struct SetTrial {
             u[k] = excess[k] + change.x + change.y * v.y[k] - change.z * v.x[k];
             const Mask in = active[k] > 0.5;
             least = min(least, found[k]);
-            const Mask below = u[k] < -rounding * abs(excess[k]);
+            const Mask below = u[k] < -rounding_share * abs(excess[k]);
             lowest = select(~in & below, min(lowest, u[k]), lowest);
             highest = select(in, max(highest, u[k]), highest);
             miss = select(in, max(miss, abs(u[k])), miss);

@@ -16,9 +16,6 @@ namespace {
 /// passes.
 constexpr int first_held_pass = 8;
 
-/// Kinetic energy a pass may add to rounding, as a share [-] of the energy before it.
-constexpr double energy_rounding = 1e-13;
-
 /// velocity_of(i): of body i.
 template <typename VelocityOf>
 double kinetic_energy_by(const Bodies& bodies, std::span<const std::size_t> included, VelocityOf&& velocity_of) {
@@ -91,8 +88,8 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     collides_.resize(near_.size());
     loop_.share(near_.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
-            if (pass == 0 && k + prefetched < last) {
-                prefetch(near(k + prefetched));
+            if (pass == 0 && k + 1 < last) {
+                prefetch(near(k + 1));
             }
             const bool is_changed = pass == 0 || is_changed_[static_cast<std::size_t>(near(k).manifold.body_a)] != 0 ||
                                     is_changed_[static_cast<std::size_t>(near(k).manifold.body_b)] != 0;
@@ -209,7 +206,7 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
     const double start = kinetic_energy(bodies, before_, in_pass_) + energy_owed_;
     work_ = work_of_pass();
     const double elastic = kinetic_energy(bodies, velocity, in_pass_) - work_;
-    if (converged && elastic <= start * (1.0 + energy_rounding)) {
+    if (converged && elastic <= start * (1.0 + rounding_share)) {
         return 0.0;
     }
     if (impacts != nullptr) {

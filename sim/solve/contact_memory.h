@@ -55,9 +55,6 @@ inline void prefetch(const PairContacts& pair) {
     prefetch(pair.manifold.contacts);
 }
 
-/// So many pairs ahead [-], by trial with the funnel.
-inline constexpr std::size_t prefetched = 3;
-
 /// Gives the pair these contacts, and hands what it remembers of those it had to them: by feature id, the rest to the nearest
 /// core. What bears a load has to go on: the half kick of one contact alone would throw a body that is held between two.
 void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts);

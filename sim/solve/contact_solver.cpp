@@ -47,7 +47,7 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
               .step_share = step_share,
               .velocity_tolerance = settings.velocity_tolerance,
               .largest_growth = largest_growth,
-              .limit = 1.0 - limit_share,
+              .limit = 1.0 - same_share,
               .slip_tolerance = left_share * settings.tolerance,
               .gravity = {gravity.x(), gravity.y(), gravity.z()},
               .weight = gravity.norm(),

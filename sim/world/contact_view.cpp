@@ -7,7 +7,7 @@ namespace {
 /// The solver's own mark tells sticking from sliding only where mu_s and mu_d differ.
 bool is_sticking(const ContactMemory& memory, const PairMaterial& material) {
     const double limit = material.mu_s * memory.p_n;
-    return memory.is_sticking() && memory.p_t.norm() < (1.0 - limit_share) * limit;
+    return memory.is_sticking() && memory.p_t.norm() < (1.0 - same_share) * limit;
 }
 
 } // namespace

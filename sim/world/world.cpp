@@ -22,16 +22,8 @@ constexpr int division_limit = 6;
 /// A body in contact turns by at most this angle [rad] in one interval; the step is divided for it.
 constexpr double largest_turn = 0.4;
 
-/// And the fastest vibration of joints under load advances by at most this phase [rad]: from 2 on Verlet's scheme is
-/// unstable, and gains energy.
-constexpr double largest_phase = 1.0;
-
 /// All solves of a step together have the sweeps of this many [-] at their limit.
 constexpr int most_solves = 10;
-
-/// Impacts at which one step may be stopped before the rest of it holds contacts ahead (a ball coming to rest
-/// bounces infinitely often).
-constexpr int stop_limit = 200;
 
 /// Where an impact stops the step, contacts with a gap up to this share [-] of the tolerance are part of it.
 constexpr double simultaneous_share = 0.1;
@@ -127,7 +119,6 @@ double WorldState::energy_in_springs() const {
 StepReport WorldState::step() {
     StepReport report;
     report.at_iteration_limit = std::exchange(begun_at_limit, false);
-    stops = 0;
     work_done = 0;
     progress = 0.0;
     do {
@@ -294,7 +285,8 @@ double WorldState::intervals_for_spin() const {
     return most;
 }
 
-/// The same for the vibration of joints under the load of the last interval.
+/// The same for the vibration of joints under the load of the last interval, which advances by at most a radian: from 2 on
+/// Verlet's scheme is unstable, and gains energy.
 double WorldState::intervals_for_joints() const {
     if (joint_rate * h > largest_turn_in_step) {
         throw Error(ExitCode::stopped,
@@ -302,7 +294,7 @@ double WorldState::intervals_for_joints() const {
                                 "rad/s: {:g} rad a step (contacts)",
                                 joint_rate, step_index, largest_turn_in_step / h, largest_turn_in_step));
     }
-    return joint_rate / largest_phase;
+    return joint_rate;
 }
 
 /// Finds the impulses of the next interval: the rest of the step, or all of the next one; shorter if an
@@ -332,7 +324,6 @@ void WorldState::plan(StepReport& report) {
         interval *= 0.5;
     }
     if (stopped_at_impact) {
-        ++stops;
         ++report.impacts_stopped_at;
     }
     contact_solver.store_impulses(bodies, search.pairs, joints);
@@ -353,9 +344,9 @@ void WorldState::fall_short(StepReport& report, const Unsettled& unsettled) cons
     report.unsettled = unsettled;
 }
 
-/// Are impacts waited for, rather than held ahead?
+/// Are impacts waited for, rather than held ahead? Not for ever: a ball coming to rest bounces infinitely often.
 bool WorldState::stops_at_impacts() const {
-    return settings.impacts == ImpactHandling::stop && stops < stop_limit && work_left() > 0;
+    return settings.impacts == ImpactHandling::stop && work_left() > 0;
 }
 
 /// Shortens the planned interval to its first impact, if there is one. good: did the plan converge?

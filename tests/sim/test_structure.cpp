@@ -292,7 +292,8 @@ TEST(structure, headers_of_libraries_stay_in_the_files_that_own_them) {
 
 TEST(structure, table_of_constants_is_that_of_the_code) {
     const Values code = constants_of_code();
-    EXPECT_GT(code.size(), 40u) << "nothing was searched";
+    EXPECT_GT(code.size(), 20u) << "nothing was searched";
+    EXPECT_LE(code.size(), 40u) << "one more only for one that goes";
     EXPECT_EQ(constants_of_page(), code);
 }
 
