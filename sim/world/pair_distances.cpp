@@ -82,10 +82,8 @@ double PairDistances::least_separation(const Candidate& candidate, std::span<con
     }
     const auto a = static_cast<std::size_t>(candidate.bodies.a);
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
-    const double left = found.distance < 0.0
-                            ? found.distance
-                            : found.distance - moved_by(bodies_.props[a], found.a, poses[a], Vec3::Zero()) -
-                                  moved_by(bodies_.props[b], found.b, poses[b], Vec3::Zero());
+    const double left = found.distance - moved_by(bodies_.props[a], found.a, poses[a], Vec3::Zero()) -
+                        moved_by(bodies_.props[b], found.b, poses[b], Vec3::Zero());
     if (left > enough || std::isinf(left) || (is_same(found.a, poses[a]) && is_same(found.b, poses[b]))) {
         return left;
     }
@@ -203,7 +201,7 @@ double PairDistances::penetration(const Candidate& candidate, std::span<const Po
     if (candidate.are_boxes) {
         return -axes_[candidate.slot].separation();
     }
-    if (separations_[candidate.slot].penetration > enough) {
+    if (!(separations_[candidate.slot].penetration <= enough)) { // of a turning plane nothing is known without a look
         look(candidate, planned);
     }
     return separations_[candidate.slot].penetration;
