@@ -344,9 +344,10 @@ void WorldState::fall_short(StepReport& report, const Unsettled& unsettled) cons
     report.unsettled = unsettled;
 }
 
-/// Are impacts waited for, rather than held ahead? Not for ever: a ball coming to rest bounces infinitely often.
+/// Are impacts waited for, rather than held ahead? Not for ever: a ball coming to rest bounces infinitely often, and half of a
+/// step's work is left to plan the rest of it.
 bool WorldState::stops_at_impacts() const {
-    return settings.impacts == ImpactHandling::stop && work_left() > 0;
+    return settings.impacts == ImpactHandling::stop && work_left() > work_done;
 }
 
 /// Shortens the planned interval to its first impact, if there is one. good: did the plan converge?
