@@ -2,13 +2,16 @@
 ///
 /// The funnel with 1000, 8000 and 64 000 cubes: the same scene with another number of cubes in its lattice. Processor
 /// time over the steps in which the first cubes meet: a step, and a contact beyond what the bodies cost in free fall, most
-/// of them falling still; memory a body and a contact. Writes scale.csv and prints a table.
+/// of them falling still; memory a body and a contact. Writes scale.csv and prints a table. Then columns at rest, and scenes of
+/// other shapes than cubes.
 #include "sim/base/file_io.h"
 #include "sim/scene/file.h"
 #include "sim/world/world.h"
+#include "tests/laws/tub.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -137,6 +140,32 @@ void print_columns() {
     }
 }
 
+/// A line of the table of scenes.
+void print_scene(const char* name, const sim::SceneDef& scene, int steps) {
+    sim::World world(scene);
+    double slowest = 0.0;
+    double sweeps = 0.0;
+    const double start = processor_ms();
+    for (int i = 0; i < steps; ++i) {
+        const double before = processor_ms();
+        sweeps += world.step().contact_iterations;
+        slowest = std::max(slowest, processor_ms() - before);
+    }
+    fmt::print("| {} | {} | {:.2f} | {:.1f} | {:.1f} |\n", name, steps, (processor_ms() - start) / steps, slowest, sweeps / steps);
+    std::fflush(stdout);
+}
+
+void print_scenes() {
+    std::puts("\n| scene, one thread | steps | ms/step | slowest | sweeps |\n| --- | --- | --- | --- | --- |");
+    print_scene("rubble", sim::load_scene(TUMBLE_SCENE_DIR "/rubble.toml"), 3000);
+    print_scene("dominoes", sim::load_scene(TUMBLE_SCENE_DIR "/dominoes.toml"), 6000);
+    const std::vector<std::string> of_1000 = {
+        "lattice.piece.count=[10,10,10]", "lattice.piece.origin=[-2.34,-2.34,0.4]",
+        "lattice.wall_x.spacing=[5.9,1,1]", "lattice.wall_x.origin=[-2.95,0,4]", "lattice.wall_x.body.shape.size=[0.4,12,8]",
+        "lattice.wall_y.spacing=[1,5.9,1]", "lattice.wall_y.origin=[0,-2.95,4]", "lattice.wall_y.body.shape.size=[12,0.4,8]"};
+    print_scene("1000 shapes of four kinds in a tub", sim::parse_scene(laws::tub, "tub.toml", of_1000), 2000);
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -159,4 +188,5 @@ int main(int argc, char** argv) {
     std::filesystem::create_directories(out);
     sim::write_file(out + "/scale.csv", csv);
     print_columns();
+    print_scenes();
 }
