@@ -20,9 +20,10 @@ inline constexpr double no_point = -1e300;
 /// Points nearer to a line (or to each other) than this share [-] of their extent count as lying on it.
 inline constexpr double collinear = 1e-7;
 
-/// Differences of less than this share [-] of the terms are rounding; of less than the other are too, where it has been enlarged:
-/// normals are one, and friction is at its limit mu p_n.
+/// Differences of less than this share [-] of the terms are rounding.
 inline constexpr double rounding_share = 1e-12;
+
+/// Normals, or friction and its limit mu p_n, that differ by less than this share [-] are the same: rounding that has grown.
 inline constexpr double same_share = 1e-9;
 
 /// Two rows of 64 bytes of a body. As the interval begins: inverse mass [1/kg] and inverse inertia tensor [1/(kg m^2)]
