@@ -84,16 +84,15 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             }
         }
     }
-    const auto near = [&](std::size_t k) -> const PairContacts& { return pairs[static_cast<std::size_t>(near_[k])]; };
     collides_.resize(near_.size());
     loop_.share(near_.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
             if (pass == 0 && k + 1 < last) {
-                prefetch(near(k + 1));
+                prefetch(near(pairs, k + 1));
             }
-            const bool is_changed = pass == 0 || is_changed_[static_cast<std::size_t>(near(k).manifold.body_a)] != 0 ||
-                                    is_changed_[static_cast<std::size_t>(near(k).manifold.body_b)] != 0;
-            collides_[k] = is_changed && collides(bodies, near(k), velocity, now);
+            const bool is_changed = pass == 0 || is_changed_[static_cast<std::size_t>(near(pairs, k).manifold.body_a)] != 0 ||
+                                    is_changed_[static_cast<std::size_t>(near(pairs, k).manifold.body_b)] != 0;
+            collides_[k] = is_changed && collides(bodies, near(pairs, k), velocity, now);
         }
     });
     if (pass >= first_held_pass) {
@@ -101,7 +100,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     }
     for (std::size_t k = 0; k < near_.size(); ++k) {
         if (collides_[k] != 0) {
-            add_pair(bodies, near(k), near_[k], velocity, now);
+            add_pair(bodies, near(pairs, k), near_[k], velocity, now);
         }
     }
     loop_.arrange(bodies, 0, velocity);
@@ -121,15 +120,14 @@ void CollisionSolver::hold_neighbours(const Bodies& bodies, std::span<const Pair
     const auto mark = [&](int body) {
         is_changed_[static_cast<std::size_t>(body)] = !bodies.props[static_cast<std::size_t>(body)].is_static();
     };
-    const auto near = [&](std::size_t k) -> const PairContacts& { return pairs[static_cast<std::size_t>(near_[k])]; };
     for (std::size_t k = 0; k < near_.size(); ++k) {
         if (collides_[k] != 0) {
-            mark(near(k).manifold.body_a);
-            mark(near(k).manifold.body_b);
+            mark(near(pairs, k).manifold.body_a);
+            mark(near(pairs, k).manifold.body_b);
         }
     }
     for (std::size_t k = 0; k < near_.size(); ++k) {
-        const PairContacts& pair = near(k);
+        const PairContacts& pair = near(pairs, k);
         const bool is_pushed = is_changed_[static_cast<std::size_t>(pair.manifold.body_a)] != 0 ||
                                is_changed_[static_cast<std::size_t>(pair.manifold.body_b)] != 0;
         if (is_pushed && pair.least_gap <= now.reach && pair.material.restitution < 1.0) {

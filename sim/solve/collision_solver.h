@@ -60,6 +60,9 @@ private:
     void hold_neighbours(const Bodies& bodies, std::span<const PairContacts> pairs, const Pass& now);
     void add_pair(const Bodies& bodies, const PairContacts& pair, int index, std::span<const Velocity> velocity,
                   const Pass& now);
+    const PairContacts& near(std::span<const PairContacts> pairs, std::size_t k) const {
+        return pairs[static_cast<std::size_t>(near_[k])];
+    }
     Unsettled fastest_left();
     int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
     void report_impacts(std::span<const PairContacts> pairs, int pass);
