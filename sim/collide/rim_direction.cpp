@@ -32,21 +32,45 @@ struct RimPair {
         return n.dot(c) - radius[0] * axis[0].cross(n).norm() - radius[1] * axis[1].cross(n).norm();
     }
 
-    /// Gradient (with s = n . gradient), and the Hessian of s as a homogeneous function of n.
-    Vec3 gradient(const Vec3& n, Mat3& hessian) const {
+    /// With s(n) = n . gradient.
+    Vec3 gradient(const Vec3& n) const {
         Vec3 result = c;
-        hessian.setZero();
         for (std::size_t i = 0; i < 2; ++i) {
             const Vec3 across = n - axis[i] * axis[i].dot(n);
             const double length = across.norm();
-            if (length > 0.0) {
-                const Vec3 radial = across / length;
-                const Vec3 tangent = axis[i].cross(radial);
-                result -= radius[i] * radial;
-                hessian -= radius[i] / length * tangent * tangent.transpose();
-            }
+            result -= length > 0.0 ? Vec3(radius[i] / length * across) : Vec3::Zero();
         }
         return result;
+    }
+
+    /// Towards a maximum by Newton's method; uphill, where there is none. n: along no axis.
+    Vec3 step(const Vec3& n) const {
+        const Vec3 t = n.unitOrthogonal();
+        const Vec3 s = n.cross(t);
+        // Slope and curvature along t and s, on the sphere.
+        double g_t = c.dot(t);
+        double g_s = c.dot(s);
+        double h_tt = -value(n);
+        double h_ss = h_tt;
+        double h_ts = 0.0;
+        for (std::size_t i = 0; i < 2; ++i) {
+            const double a_t = axis[i].dot(t);
+            const double a_s = axis[i].dot(s);
+            const double per_square = 1.0 / (a_t * a_t + a_s * a_s);
+            const double pull = radius[i] * std::sqrt(per_square);
+            const double along = pull * axis[i].dot(n);
+            g_t += along * a_t;
+            g_s += along * a_s;
+            const double bend = pull * per_square;
+            h_tt -= bend * a_s * a_s;
+            h_ss -= bend * a_t * a_t;
+            h_ts += bend * a_t * a_s;
+        }
+        const double determinant = h_tt * h_ss - h_ts * h_ts;
+        if (h_tt < 0.0 && determinant > 0.0) {
+            return t * ((h_ts * g_s - h_ss * g_t) / determinant) + s * ((h_ts * g_t - h_tt * g_s) / determinant);
+        }
+        return (t * g_t + s * g_s).stableNormalized() * (0.5 * largest_step);
     }
 };
 
@@ -67,8 +91,7 @@ std::optional<Vec3> peak_near(const RimPair& pair, const Vec3& n) {
             const Vec3 peak = std::copysign(1.0, pair.axis[i].dot(n)) * pair.axis[i];
             RimPair rest = pair;
             rest.radius[i] = 0.0;
-            Mat3 hessian;
-            const Vec3 pull = rest.gradient(peak, hessian);
+            const Vec3 pull = rest.gradient(peak);
             if ((pull - peak * peak.dot(pull)).norm() <= pair.radius[i]) {
                 return peak;
             }
@@ -85,28 +108,11 @@ Vec3 climbed(const RimPair& pair, Vec3 n) {
         if (const std::optional<Vec3> peak = peak_near(pair, n)) {
             return *peak;
         }
-        Mat3 hessian;
-        const Vec3 gradient = pair.gradient(n, hessian);
-        hessian -= n.dot(gradient) * Mat3::Identity();
-        const Vec3 t = n.unitOrthogonal();
-        const Vec3 s = n.cross(t);
-        const double g_t = gradient.dot(t);
-        const double g_s = gradient.dot(s);
-        const double h_tt = t.dot(hessian * t);
-        const double h_ss = s.dot(hessian * s);
-        const double h_ts = t.dot(hessian * s);
-        const double determinant = h_tt * h_ss - h_ts * h_ts;
-        Vec3 step;
-        if (h_tt < 0.0 && determinant > 0.0) {
-            step =
-                t * ((h_ts * g_s - h_ss * g_t) / determinant) + s * ((h_ts * g_t - h_tt * g_s) / determinant);
-        } else {
-            step = (t * g_t + s * g_s).stableNormalized() * (0.5 * largest_step); // uphill
-        }
+        Vec3 step = pair.step(n);
         length = step.norm();
         step *= length > largest_step ? largest_step / length : 1.0;
         // Half the step as long as it leads downhill.
-        const double before = n.dot(gradient);
+        const double before = pair.value(n);
         Vec3 next = (n + step).normalized();
         for (; pair.value(next) < before && length >= last_step; length *= 0.5) {
             step *= 0.5;
@@ -214,6 +220,47 @@ Vec3 rim_direction(const CoreFeature& fa, const CoreFeature& fb, const Vec3& nea
         return direction_of_point(c, rim.direction, rim.radius + other.radius, near);
     }
     return climbed({c, {fa.direction, fb.direction}, {fa.radius, fb.radius}}, near);
+}
+
+bool may_be_between(const CoreFeature& rim, const CoreFeature& edge, Vec3 left, Vec3 right, double least) {
+    const Vec3 inwards = rim.index == 0 ? Vec3(-rim.direction) : rim.direction;
+    const double facing_left = inwards.dot(left);
+    const double facing_right = inwards.dot(right);
+    if (facing_left < 0.0 && facing_right < 0.0) {
+        return false;
+    }
+    if (facing_left < 0.0 || facing_right < 0.0) {
+        const Vec3 upright = (std::abs(facing_right) * left + std::abs(facing_left) * right).stableNormalized();
+        (facing_left < 0.0 ? left : right) = upright;
+    }
+    // Along the arc, s = h - r w: height of the rim's centre over the edge, and width of the disc of radius 1.
+    Vec3 c = rim.point - edge.point;
+    c -= edge.direction * edge.direction.dot(c);
+    const double farthest = c.norm();
+    const double lean = std::abs(rim.direction.dot(edge.direction));
+    const Vec3 turn = edge.direction.cross(left).dot(right) < 0.0 ? Vec3(-edge.direction) : edge.direction;
+    struct End {
+        double h, h_slope, w, w_slope;
+    };
+    const auto end = [&](const Vec3& u) {
+        const Vec3 onwards = turn.cross(u);
+        const double along = rim.direction.dot(u);
+        const double w = (u - along * rim.direction).norm();
+        return End{u.dot(c), onwards.dot(c), w, w > 0.0 ? -rim.direction.dot(onwards) * along / w : 0.0};
+    };
+    const End l = end(left);
+    const End r = end(right);
+    const double highest = l.h_slope > 0.0 && r.h_slope < 0.0 ? farthest : std::max(l.h, r.h);
+    const double narrowest = l.w_slope < 0.0 && r.w_slope > 0.0 ? lean : std::min(l.w, r.w);
+    if (highest - rim.radius * narrowest < least) {
+        return false;
+    }
+    // Nor is there a maximum where s only rises or only falls.
+    const double h_falls = l.h > 0.0 && r.h < 0.0 ? -farthest : std::min(l.h_slope, r.h_slope);
+    const double h_rises = l.h < 0.0 && r.h > 0.0 ? farthest : std::max(l.h_slope, r.h_slope);
+    const double w_falls = std::min(l.w_slope, r.w_slope) < 0.0 ? lean - 1.0 : std::min(l.w_slope, r.w_slope);
+    const double w_rises = std::max(l.w_slope, r.w_slope) > 0.0 ? 1.0 - lean : std::max(l.w_slope, r.w_slope);
+    return h_falls <= rim.radius * w_rises && h_rises >= rim.radius * w_falls;
 }
 
 } // namespace sim

@@ -8,4 +8,8 @@ namespace sim {
 /// one of them is an edge. Zero: there is none.
 Vec3 rim_direction(const CoreFeature& fa, const CoreFeature& fb, const Vec3& near);
 
+/// May the direction of a rim and an edge of a polytope lie between `left` and `right`, the outward normals of the faces which the
+/// edge joins, where they are no less than `least` [m] apart along it? Not where bounds tell without a search that none does.
+bool may_be_between(const CoreFeature& rim, const CoreFeature& edge, Vec3 left, Vec3 right, double least);
+
 } // namespace sim

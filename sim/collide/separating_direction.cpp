@@ -30,28 +30,34 @@ constexpr double proof = 1e3;
 
 using Kind = CoreFeature::Kind;
 
-/// Do the edges of a loop that runs round a face's normal, seen from outside, keep x inside?
-bool is_over_face(const Convex& convex, const CoreFeature& face, const Vec3& x) {
+/// How far inside a face's boundary x lies, seen along its normal [m]; negative outside.
+double inside_of(const Convex& convex, const CoreFeature& face, const Vec3& x) {
+    if (convex.kind == CoreKind::cylinder) {
+        return face.radius - (x - face.point).cross(face.direction).norm();
+    }
+    double least = std::numeric_limits<double>::infinity();
     const std::vector<int>& loop = convex.polytope->faces[static_cast<std::size_t>(face.index)].loop;
     Vec3 from = convex.vertex(loop.back());
     for (const int v : loop) {
         const Vec3 to = convex.vertex(v);
-        if ((to - from).cross(face.direction).dot(x - from) > 0.0) {
-            return false;
-        }
+        least = std::min(least, (from - to).cross(face.direction).dot(x - from) / (from - to).norm());
         from = to;
     }
-    return true;
+    return least;
 }
 
-/// Do two edges come nearest to each other between their ends? Not if they are parallel.
-bool meet_between_ends(const CoreFeature& fa, const CoreFeature& fb) {
+/// How far inside the ends of both the points lie at which two edges come nearest to each other, across the other one [m];
+/// negative beyond an end, and of parallel ones.
+double inside_of_ends(const CoreFeature& fa, const CoreFeature& fb) {
     const Vec3 cross = fa.direction.cross(fb.direction);
     const Vec3 between = fb.point - fa.point;
     const double scale = cross.squaredNorm();
-    return scale > parallel_directions * parallel_directions &&
-           std::abs(between.cross(fb.direction).dot(cross)) <= fa.length * scale &&
-           std::abs(between.cross(fa.direction).dot(cross)) <= fb.length * scale;
+    if (scale <= parallel_directions * parallel_directions) {
+        return -1.0;
+    }
+    return std::min(fa.length * scale - std::abs(between.cross(fb.direction).dot(cross)),
+                    fb.length * scale - std::abs(between.cross(fa.direction).dot(cross))) /
+           std::sqrt(scale);
 }
 
 class Ascent {
@@ -110,6 +116,32 @@ public:
         return of_a.core_gap + slack_ >= of_b.core_gap ? of_a : of_b;
     }
 
+    /// Of cores that overlap, is the local maximum `best` the largest of all? The surface of their difference has it at its foot,
+    /// the point nearest to the origin; it is, if the ball about the origin which touches the surface there lies within the difference.
+    bool is_least_depth() const {
+        const Vec3& n = best.n;
+        const double depth = -best.core_gap;
+        if (!best.is_face() && n.dot(best.a.point - best.b.point) - reach(best.a, n) - reach(best.b, n) > best.core_gap + slack_) {
+            return false;
+        }
+        if (!best.is_face() && has_rim(best.a, best.b)) {
+            return best.a.kind == Kind::rim ? is_within_disc(best.a, best.b, n, depth) : is_within_disc(best.b, best.a, -n, depth);
+        }
+        // A flat disc about the foot, and the cone from it to the centres' difference.
+        double disc = -1.0;
+        if (best.is_face_of_a) {
+            disc = inside_of(a_, best.a, support_point(b_, n));
+        } else if (best.is_face_of_b) {
+            disc = inside_of(b_, best.b, support_point(a_, -n));
+        } else if (are_edges(best.a, best.b)) {
+            disc = inside_of_ends(best.a, best.b);
+        }
+        const Vec3 centre = a_.centre() - b_.centre();
+        const double height = n.dot(centre) + depth;
+        const double aside = disc + (centre - n * n.dot(centre)).norm();
+        return disc > 0.0 && height * disc - depth * aside >= depth * std::hypot(height, aside);
+    }
+
     SeparatingDirection best;
 
 private:
@@ -163,7 +195,8 @@ private:
         try_vertices();
     }
 
-    bool is_worthwhile(double bound) const { return bound >= std::max(least_, top_.core_gap); }
+    double worthwhile() const { return std::max(least_, top_.core_gap); }
+    bool is_worthwhile(double bound) const { return bound >= worthwhile(); }
 
     void try_face(SeparatingDirection face) {
         if (is_proven_ || !is_worthwhile(bound(face))) {
@@ -175,8 +208,8 @@ private:
         const Convex& own = face.is_face_of_a ? a_ : b_;
         const Convex& other = face.is_face_of_a ? b_ : a_;
         is_proven_ = face.core_gap > proof * slack_ && own.kind == CoreKind::polytope && other.kind != CoreKind::cylinder &&
-                     is_over_face(own, face.is_face_of_a ? face.a : face.b,
-                                  support_point(other, face.is_face_of_a ? face.n : Vec3(-face.n)));
+                     inside_of(own, face.is_face_of_a ? face.a : face.b,
+                               support_point(other, face.is_face_of_a ? face.n : Vec3(-face.n))) >= 0.0;
     }
 
     void try_edges_and_rims() {
@@ -189,7 +222,9 @@ private:
             const CoreFeature& fa = features_a_[i];
             const CoreFeature& fb = features_b_[j];
             if (has_rim(fa, fb)) {
-                try_direction(rim_direction(fa, fb, n_), fa, fb);
+                if (may_be_between_faces(fa, fb, i, j)) {
+                    try_direction(rim_direction(fa, fb, n_), fa, fb);
+                }
             } else if (are_edges(fa, fb)) {
                 try_direction(direction_of_edges(fa, fb, normals_a_[i], normals_b_[j]), fa, fb);
             }
@@ -243,8 +278,17 @@ private:
         const double round = reach(fa, n) + reach(fb, n);
         if (apart - round <= found.core_gap + slack_) {
             take(top_, found);
-            is_proven_ = round == 0.0 && found.core_gap > proof * slack_ && (!are_edges(fa, fb) || meet_between_ends(fa, fb));
+            is_proven_ = round == 0.0 && found.core_gap > proof * slack_ && (!are_edges(fa, fb) || inside_of_ends(fa, fb) >= 0.0);
         }
+    }
+
+    /// The difference of a rim's disc and an edge is a slanting cylinder, along the edge, over the ellipse as which the disc is seen
+    /// from there: does it hold a ball of that radius [m] which touches it where n is normal to it? n: unit, into the rim's body.
+    static bool is_within_disc(const CoreFeature& rim, const CoreFeature& edge, const Vec3& n, double radius) {
+        const double cosine = std::abs(rim.direction.dot(edge.direction));
+        const double along = edge.direction.dot(lowest_rim_point(rim.point, rim.direction, rim.radius, n) - edge.point);
+        return edge.kind == Kind::edge && radius <= rim.radius * cosine * cosine && // the ellipse's least radius of curvature
+               cosine * (edge.length - std::abs(along) - radius) >= 2.0 * radius;
     }
 
     /// How far a feature reaches beyond its point along n or against it [m].
@@ -272,6 +316,15 @@ private:
                 normals[i].across = normals[i].left.cross(normals[i].right);
             }
         }
+    }
+
+    /// Of a rim and an edge of a polytope: else one of the faces that it joins is as good.
+    bool may_be_between_faces(const CoreFeature& fa, const CoreFeature& fb, std::size_t i, std::size_t j) const {
+        if (fa.kind == Kind::edge && a_.kind == CoreKind::polytope) {
+            return may_be_between(fb, fa, normals_a_[i].left, normals_a_[i].right, worthwhile());
+        }
+        return fb.kind != Kind::edge || b_.kind != CoreKind::polytope ||
+               may_be_between(fa, fb, normals_b_[j].left, normals_b_[j].right, worthwhile());
     }
 
     /// Across both edges, where the arcs of their outward normals cross.
@@ -401,9 +454,10 @@ bool find_best(Ascent& ascent, const Convex& a, const Convex& b) {
             ascent.best = first;
         }
     };
-    if (ascent.best.core_gap < 0.0) {
-        climb_from(direction_apart(a, b, most_steps));
+    if (ascent.best.core_gap >= 0.0 || ascent.is_least_depth()) {
+        return is_within;
     }
+    climb_from(direction_apart(a, b, most_steps));
     if (ascent.best.core_gap < 0.0) {
         climb_from(direction_of_faces(ascent, a, b));
     }
