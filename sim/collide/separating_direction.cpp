@@ -207,7 +207,7 @@ private:
         take(top_, face);
         const Convex& own = face.is_face_of_a ? a_ : b_;
         const Convex& other = face.is_face_of_a ? b_ : a_;
-        is_proven_ = face.core_gap > proof * slack_ && own.kind == CoreKind::polytope && other.kind != CoreKind::cylinder &&
+        is_proven_ = face.core_gap > proof * slack_ &&
                      inside_of(own, face.is_face_of_a ? face.a : face.b,
                                support_point(other, face.is_face_of_a ? face.n : Vec3(-face.n))) >= 0.0;
     }
@@ -278,8 +278,31 @@ private:
         const double round = reach(fa, n) + reach(fb, n);
         if (apart - round <= found.core_gap + slack_) {
             take(top_, found);
-            is_proven_ = round == 0.0 && found.core_gap > proof * slack_ && (!are_edges(fa, fb) || inside_of_ends(fa, fb) >= 0.0);
+            is_proven_ = found.core_gap > proof * slack_ && are_nearest(found);
         }
+    }
+
+    /// Do two points of features that are the lowest along n lie along it?
+    bool are_nearest(const SeparatingDirection& found) const {
+        const auto& [n, gap, of_a, of_b, fa, fb] = found;
+        if (are_edges(fa, fb)) {
+            return inside_of_ends(fa, fb) >= 0.0;
+        }
+        if (!has_rim(fa, fb)) {
+            return true;
+        }
+        const bool is_a = fa.kind == Kind::rim;
+        const CoreFeature& rim = is_a ? fa : fb;
+        const CoreFeature& other = is_a ? fb : fa;
+        const Vec3 u = is_a ? n : Vec3(-n); // into the rim's body
+        const Vec3 x = lowest_rim_point(rim.point, rim.direction, rim.radius, u);
+        Vec3 y = other.point;
+        if (other.kind == Kind::rim) {
+            y = lowest_rim_point(y, other.direction, other.radius, -u);
+        } else if (other.kind == Kind::edge) {
+            y += std::clamp(other.direction.dot(x - y), -other.length, other.length) * other.direction + other.radius * u;
+        }
+        return (x - y).norm() <= gap + slack_;
     }
 
     /// The difference of a rim's disc and an edge is a slanting cylinder, along the edge, over the ellipse as which the disc is seen

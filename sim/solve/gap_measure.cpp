@@ -62,20 +62,25 @@ struct Displacement {
 Displacement displacement(const Interval& of, const Contact& contact, const Vec3& n,
                           const Eigen::Matrix<double, 3, 2>& tangents, const Vec2& u_t) {
     const auto& [start, feature] = contact;
+    const ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
+    // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
+    const auto rolling = [&] { return Vec2(of.h * (u_t + tangents.transpose() * (0.5 * of.h * of.fall))); };
+    const bool is_ball = is_curved(feature) && !is_rim(feature);
+    if (is_ball && feature.kind != FeatureKind::edges) {
+        return {at.gap, rolling()};
+    }
     const Vec3 point_a = of.placed_a * (of.from_a.orientation.conjugate() * (start.a - of.from_a.position));
     const Vec3 point_b = of.placed_b * (of.from_b.orientation.conjugate() * (start.b() - of.from_b.position));
     const Vec3 d = point_a - point_b;
-    const ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
     const bool is_left = wanders(feature, at, point_a, point_b, of.size);
     const double gap = is_left ? n.dot(d) : at.gap;
+    if (is_ball) {
+        return {gap, rolling()};
+    }
     if (is_rim(feature)) {
         const Vec3 moved_a = rolled(of.from_a, of.to_a, start.a, is_left ? point_a : at.a);
         const Vec3 moved_b = rolled(of.from_b, of.to_b, start.b(), is_left ? point_b : at.b());
         return {gap, tangents.transpose() * (moved_a - moved_b)};
-    }
-    if (is_curved(feature)) {
-        // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
-        return {gap, of.h * (u_t + tangents.transpose() * (0.5 * of.h * of.fall))};
     }
     const Vec3& across = is_left ? n : at.n;
     return {gap, tangents.transpose() * (d - d.dot(across) * across)};
