@@ -99,7 +99,7 @@ struct BatchSweep {
     double skip = 0.0; ///< [m/s] blocks at whose points velocities changed by no more are passed over
     /// [m/s] targets that a rigid motion misses by no more are met on average, and the load is shared smoothly;
     /// else fewer points carry it.
-    double slack = 0.0;
+    double tolerance = 0.0;
 };
 
 /// Once over all batches, in order; returns the largest velocity change at any point [m/s].

@@ -31,7 +31,7 @@ Real visit_batch(const BatchSweep& sweep, BlockBatch& batch) {
         v.p_1[k] = load(point.p_t[0]);
         v.p_2[k] = load(point.p_t[1]);
     }
-    v.solve_normals(real(sweep.slack));
+    v.solve_normals(real(sweep.tolerance));
     if (batch.has_friction) {
         v.solve_friction();
     }

@@ -372,7 +372,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
     share_colours([&](std::size_t first, std::size_t last) { work(first, last, nullptr, share_of_step); });
 }
 
-double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
+double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance) {
     const bool is_due = sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
     const bool is_small = is_due && solve_stalled(velocity, skip);
@@ -387,7 +387,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double slack) {
                                        .rows = rows_.data(),
                                        .velocity = velocity.front().v.data(),
                                        .skip = skip,
-                                       .slack = slack}));
+                                       .tolerance = tolerance}));
     });
     change_ = worst;
     least_change_ = std::min(least_change_, change_);

@@ -113,9 +113,6 @@ inline constexpr std::size_t least_shared = 32;
 /// or of the change of the sweep before if that is smaller.
 inline constexpr double skip_share = 0.2;
 
-/// Targets that a rigid motion misses by this share [-] of the iteration's tolerance are met on average.
-inline constexpr double slack_share = 0.1;
-
 /// So many sweeps [-] settle what is easy. After them Newton's method and extrapolation begin; where as many more do not halve the
 /// least change of those before, they stall. By trial with the funnel, dominoes and rubble.
 inline constexpr int plain_sweeps = 12;
@@ -204,9 +201,9 @@ public:
     void wake();
 
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch at whose points
-    /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. slack: see BatchSweep. After
+    /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. tolerance: see BatchSweep. After
     /// some sweeps the impulses are extrapolated.
-    double sweep(std::span<Velocity> velocity, double skip, double slack);
+    double sweep(std::span<Velocity> velocity, double skip, double tolerance);
 
     /// Have the last sweeps brought nothing any more? Rigid bodies held by more contacts than they need may ask for what no
     /// impulses give, and then sweeps go on for ever at some small change.

@@ -278,7 +278,7 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     const Real zero = real(0.0);
     for (int k = 0; k < N; ++k) {
         excess[k] = normal_velocity(k, twist) - (lifted.x + lifted.y * y[k] - lifted.z * x[k]) - load(points[k].u_n_target);
-        slack = max(slack, inconsistent * abs(excess[k]));
+        slack = max(slack, select(lanes_of(points[k].there), inconsistent * abs(excess[k]), zero));
         active[k] = select(p_n[k] > 0.0, one, zero);
         approaching[k] = select(excess[k] < 0.0, one, zero);
         loaded |= p_n[k] > 0.0;

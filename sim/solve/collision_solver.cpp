@@ -167,7 +167,7 @@ int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings
     double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
-        change = loop_.sweep(velocity, skip, slack_share * settings.velocity_tolerance);
+        change = loop_.sweep(velocity, skip, settings.velocity_tolerance);
         const bool is_settled = change <= settings.velocity_tolerance || (loop_.stalls() && change <= stalled);
         converged = is_settled &&
                     (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));

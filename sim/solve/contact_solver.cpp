@@ -134,7 +134,7 @@ int ContactSolver::iterate(int budget, double part, bool& converged) {
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = has_joints ? joints_.solve(to_.velocity) : 0.0;
         const double skip = skip_share * std::min(tolerance, last);
-        last = contacts_.loop.sweep(to_.velocity, skip, slack_share * tolerance);
+        last = contacts_.loop.sweep(to_.velocity, skip, tolerance);
         if (enough_ == 0.0) {
             enough_ = std::min(tolerance, std::max(solved_share * last, settled_change));
         }

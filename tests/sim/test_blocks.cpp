@@ -158,20 +158,26 @@ TEST(blocks, impulses_given_too_much_come_down_again) {
 /// A corner of a face and the crossing of edges there may ask for different velocities. The mean of both, which is the least error,
 /// leaves one of them overlapping however short the step is.
 TEST(blocks, of_two_points_at_one_place_the_one_that_asks_for_more_is_met) {
-    CubeOnPlane cube({Vec3(0, 0, -1), Vec3::Zero()});
-    const Block& block = cube.loop.blocks[0];
-    const std::size_t lane = Blocks::lane_of(block);
-    const std::span<BatchPoint> points = cube.loop.points_of(cube.loop.batch_of(block));
-    points[1].x.x[lane] = points[0].x.x[lane];
-    points[1].y.x[lane] = points[0].y.x[lane];
-    cube.set_target(-100.0);
-    points[0].u_n_target.x[lane] = 0.0;
-    points[1].u_n_target.x[lane] = 0.25;
-    cube.sweep();
-    const Vec6 twist = cube.frame().relative_twist(cube.bodies.velocity);
-    EXPECT_NEAR(cube.points()[0].normal_velocity(twist), 0.25, block_rounding);
-    EXPECT_EQ(cube.points()[0].p_n, 0.0);
-    EXPECT_GT(cube.points()[1].p_n, 0.0);
+    for (const bool has_fourth : {true, false}) {
+        CubeOnPlane cube({Vec3(0, 0, -1), Vec3::Zero()});
+        const Block& block = cube.loop.blocks[0];
+        const std::size_t lane = Blocks::lane_of(block);
+        const std::span<BatchPoint> points = cube.loop.points_of(cube.loop.batch_of(block));
+        points[1].x.x[lane] = points[0].x.x[lane];
+        points[1].y.x[lane] = points[0].y.x[lane];
+        cube.set_target(-100.0);
+        points[0].u_n_target.x[lane] = 0.0;
+        points[1].u_n_target.x[lane] = 0.25;
+        if (!has_fourth) { // a block of three in a batch with room for four
+            points[3].there &= ~(1u << lane);
+            points[3].u_n_target.x[lane] = no_point;
+        }
+        cube.sweep();
+        const Vec6 twist = cube.frame().relative_twist(cube.bodies.velocity);
+        EXPECT_NEAR(cube.points()[0].normal_velocity(twist), 0.25, block_rounding) << has_fourth;
+        EXPECT_EQ(cube.points()[0].p_n, 0.0) << has_fourth;
+        EXPECT_GT(cube.points()[1].p_n, 0.0) << has_fourth;
+    }
 }
 
 /// The block's closed form against the loop over its points: the velocities are unique, so they agree. Boxes face to face,
