@@ -10,7 +10,8 @@ namespace sim {
 
 /// A contact found at the planned poses, as it is at t0: what is found of a face stays of that face, so that it is measured at
 /// the planned poses as it was found. Of others the material points and the normal stay: the impulse acts at t0, but along the
-/// normal that the bodies will have where they meet.
+/// normal that the bodies will have where they meet; the gap of edges, which the kernel follows from there, is the one that ends as
+/// it was found.
 ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Pose& planned_b, const Pose& a, const Pose& b);
 
 class Repair {
