@@ -43,7 +43,7 @@ struct RimPair {
         return result;
     }
 
-    /// Towards a maximum by Newton's method; uphill, where there is none. n: along no axis.
+    /// Towards a maximum by Newton's method; uphill, where there is none.
     Vec3 step(const Vec3& n) const {
         const Vec3 t = n.unitOrthogonal();
         const Vec3 s = n.cross(t);
@@ -56,7 +56,8 @@ struct RimPair {
         for (std::size_t i = 0; i < 2; ++i) {
             const double a_t = axis[i].dot(t);
             const double a_s = axis[i].dot(s);
-            const double per_square = 1.0 / (a_t * a_t + a_s * a_s);
+            const double square = a_t * a_t + a_s * a_s;
+            const double per_square = square > 0.0 ? 1.0 / square : 0.0; // along the axis nothing pulls away from it
             const double pull = radius[i] * std::sqrt(per_square);
             const double along = pull * axis[i].dot(n);
             g_t += along * a_t;

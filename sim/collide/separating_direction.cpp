@@ -116,8 +116,8 @@ public:
         return of_a.core_gap + slack_ >= of_b.core_gap ? of_a : of_b;
     }
 
-    /// Of cores that overlap, is the local maximum `best` the largest of all? The surface of their difference has it at its foot,
-    /// the point nearest to the origin; it is, if the ball about the origin which touches the surface there lies within the difference.
+    /// Of cores that overlap, is the local maximum `best` known to be the largest of all? It is where the ball about the origin that
+    /// touches the surface of their difference, in the direction of `best`, lies within the difference.
     bool is_least_depth() const {
         const Vec3& n = best.n;
         const double depth = -best.core_gap;
