@@ -34,13 +34,14 @@ ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Po
     ContactGeometry before;
     before.n = at.n;
     before.a = a * (planned_a.orientation.conjugate() * (at.a - planned_a.position));
-    before.gap = at.n.dot(before.a - b * (planned_b.orientation.conjugate() * (at.b() - planned_b.position)));
-    if (found.feature.kind == FeatureKind::edges) {
-        const Vec3 measured_along = contact_geometry(found.feature, planned_a, planned_b).n; // n is a face's where they meet flat
-        const Quat turn_b = planned_b.orientation * b.orientation.conjugate();
-        const Vec3 moved_with_b = planned_b.position + turn_b * (before.a - b.position);
-        before.gap = (at.gap - measured_along.dot(at.a - moved_with_b)) / measured_along.dot(turn_b * measured_along);
+    if (found.feature.kind != FeatureKind::edges) {
+        before.gap = at.n.dot(before.a - b * (planned_b.orientation.conjugate() * (at.b() - planned_b.position)));
+        return before;
     }
+    const Vec3 measured_along = contact_geometry(found.feature, planned_a, planned_b).n; // n is a face's where they meet flat
+    const Quat turn_b = planned_b.orientation * b.orientation.conjugate();
+    const Vec3 moved_with_b = planned_b.position + turn_b * (before.a - b.position);
+    before.gap = (at.gap - measured_along.dot(at.a - moved_with_b)) / measured_along.dot(turn_b * measured_along);
     return before;
 }
 
