@@ -99,7 +99,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
     const Real fall = fall_of(rules, batch, f.n);
     const Twist twist = twist_of(work.before, batch, f);
     Mask sticks = nowhere();
-    Mask touched = nowhere();
+    Mask bore = nowhere();
     Mask approaches = nowhere();
     Real force = zero;
     for (int k = 0; k < batch.count; ++k) {
@@ -130,12 +130,12 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         const Real slow2 = twist.tangential2(x);
         const Mask slow = slow1 * slow1 + slow2 * slow2 <= rules.velocity_tolerance * rules.velocity_tolerance;
         const Mask is_new = (memory.p_n == 0.0) & (memory.last_interval == 0.0);
-        touched |= here & (memory.interval > 0.0);
+        bore |= loaded;
         approaches |= here & (u_n < 0.0);
         sticks |= (warm & memory.sticks) | (here & is_new & ~ahead & slow);
     }
     batch.sticking = bits_of(sticks);
-    block.fresh = bits_of(approaches & ~touched);
+    block.fresh = bits_of(approaches & ~bore);
     store(block.load, force);
     block.is_certain = !any(uncertain_share(rules, batch, block, points) > 0.0);
 }
@@ -316,7 +316,7 @@ LANES_INLINE Real expected_load(const RestWork& work, const BlockBatch& batch, c
 }
 
 /// Which blocks does an impact load? A speculative one that is held ahead, at its own point or at another one of the block; or
-/// one too slow to collide, which wedges bodies: it did not touch, and now bears far more than a weight.
+/// one too slow to collide, which wedges bodies: it bore no load, and now bears far more than a weight.
 LANES_INLINE void find_hits(const RestWork& work, const BlockBatch& batch, RestBlock& block, const BatchPoint* points) {
     block.grows = bits_of(load_on(batch, points) > work.rules->largest_growth * expected_load(work, batch, block));
     unsigned closing = 0;
