@@ -75,6 +75,14 @@ std::vector<Item> sorted_by(const std::vector<Item>& items, Key&& key) {
     return sorted;
 }
 
+/// Once over batches, the same as another sweep.
+double sweep_like(const BatchSweep& like, BlockBatch* batches, std::size_t count) {
+    BatchSweep sweep = like;
+    sweep.batches = batches;
+    sweep.batch_count = count;
+    return sweep_batches(sweep);
+}
+
 } // namespace
 
 std::vector<Velocity> kinematic_velocity(const Bodies& bodies) {
@@ -372,24 +380,55 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
     share_colours([&](std::size_t first, std::size_t last) { work(first, last, nullptr, share_of_step); });
 }
 
+/// Visits again, colour by colour, what the last sweep changed by more than the tolerance, while that takes no more visits than
+/// another sweep: of a row that is wedged nothing else changes after some twenty sweeps.
+void Blocks::visit_again(const BatchSweep& like) {
+    const auto is_done = [&](std::size_t i) { return std::ranges::max(batches[i].change.x) <= like.tolerance; };
+    again_.resize(batches.size());
+    std::iota(again_.begin(), again_.end(), std::size_t{0});
+    std::erase_if(again_, is_done);
+    std::size_t visits = 0;
+    while (!again_.empty() && visits + again_.size() <= batches.size()) {
+        visits += again_.size();
+        auto begin = again_.begin();
+        for (const std::size_t end_of_colour : colours_) {
+            const std::span of_colour(begin, std::ranges::lower_bound(begin, again_.end(), end_of_colour));
+            share(
+                of_colour.size(),
+                [&](std::size_t first, std::size_t last) {
+                    for (const std::size_t i : of_colour.subspan(first, last - first)) {
+                        sweep_like(like, &batches[i], 1);
+                    }
+                },
+                least_shared / lane_count);
+            begin += static_cast<std::ptrdiff_t>(of_colour.size());
+        }
+        std::erase_if(again_, is_done);
+    }
+}
+
 double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance) {
     const bool is_due = sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
-    const bool is_small = is_due && solve_stalled(velocity, skip);
-    if (sweeps_ > plain_sweeps && !is_small) {
+    if (is_due) {
+        newton_serves_ = solve_stalled(velocity, skip);
+    }
+    if (sweeps_ > plain_sweeps && !(is_due && newton_serves_)) {
         extrapolate(velocity);
     }
+    const BatchSweep like{.points = points.data(),
+                          .rows = rows_.data(),
+                          .velocity = velocity.front().v.data(),
+                          .skip = skip,
+                          .tolerance = tolerance};
     std::atomic<double> worst = 0.0;
     share_colours([&](std::size_t first, std::size_t last) {
-        raise_to(worst, sweep_batches({.batches = batches.data() + first,
-                                       .batch_count = last - first,
-                                       .points = points.data(),
-                                       .rows = rows_.data(),
-                                       .velocity = velocity.front().v.data(),
-                                       .skip = skip,
-                                       .tolerance = tolerance}));
+        raise_to(worst, sweep_like(like, batches.data() + first, last - first));
     });
     change_ = worst;
+    if (sweeps_ > plain_sweeps && !newton_serves_) {
+        visit_again(like);
+    }
     least_change_ = std::min(least_change_, change_);
     if (sweeps_ % plain_sweeps == 0) {
         stalls_ = least_change_ > 0.5 * progress_;

@@ -202,7 +202,8 @@ public:
 
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch at whose points
     /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. tolerance: see BatchSweep. After
-    /// some sweeps the impulses are extrapolated.
+    /// some sweeps Newton's method solves small islands, and in others what changed by more than the tolerance is visited again;
+    /// the impulses are extrapolated.
     double sweep(std::span<Velocity> velocity, double skip, double tolerance);
 
     /// Have the last sweeps brought nothing any more? Rigid bodies held by more contacts than they need may ask for what no
@@ -226,6 +227,7 @@ private:
     static std::size_t end_of_batch(const std::vector<Place>& places, std::size_t first);
     void make_batches(const std::vector<Place>& places);
     void extrapolate(std::span<Velocity> velocity);
+    void visit_again(const BatchSweep& like);
     void find_islands();
     bool solve_stalled(std::span<Velocity> velocity, double skip);
     double largest_change(const Island& island) const;
@@ -237,12 +239,14 @@ private:
     std::vector<ExtrapolatedPoint> extrapolated_; ///< [points]
     std::vector<std::uint64_t> used_;   ///< [body_count] bit k: a block of colour k moves it
     std::vector<BodyRows> rows_;        ///< [body_count]
+    std::vector<std::size_t> again_;    ///< memory of visit_again()
     std::vector<double> along_;         ///< [batches] see Extrapolation::next
     double change_ = 0.0;               ///< [m/s] by the last sweep
     int sweeps_ = 0;                    ///< since wake()
     double least_change_ = 0.0;         ///< [m/s] of the last plain_sweeps, so far
     double progress_ = 0.0;             ///< [m/s] the same of those before
     bool stalls_ = false;
+    bool newton_serves_ = false;        ///< Newton's method serves all islands that still change
     std::vector<Island> islands_;       ///< once asked for
     IslandNewton newton_;
     Extrapolation extrapolation_;

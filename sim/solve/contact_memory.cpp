@@ -58,6 +58,7 @@ Block block_like(const PairContacts& pair, int index) {
 void sum_up(PairContacts& pair) {
     pair.least_gap = std::numeric_limits<double>::infinity();
     pair.was_ahead = false;
+    pair.is_struck = false;
     // At one point of both bodies, so that the pair's angular momentum is kept.
     pair.owed_impulse.setZero();
     pair.owed_moment.setZero();

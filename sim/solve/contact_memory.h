@@ -30,7 +30,8 @@ struct PairContacts {
     PairMaterial material;
     double least_gap = 0.0;            ///< [m] of its contacts
     bool was_ahead = false;            ///< a contact of it took an impact away that is to be given back
-    unsigned char repairs = 0;         ///< that gave it other contacts in this solve; see ContactSearch::put_back()
+    bool is_struck = false;            ///< a collision of this instant reaches a body of it
+    bool is_repaired = false;          ///< it was given other contacts in this solve; see ContactSearch::put_back()
     Vec3 owed_impulse = Vec3::Zero();  ///< [N s] on a: the owed share of the impulses remembered, at the present points
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
 

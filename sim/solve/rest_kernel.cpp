@@ -135,7 +135,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         sticks |= (warm & memory.sticks) | (here & is_new & ~ahead & slow);
     }
     batch.sticking = bits_of(sticks);
-    block.fresh = bits_of(approaches & ~bore);
+    block.fresh = bits_of((approaches | lanes_of(block.fresh)) & ~bore);
     store(block.load, force);
     block.is_certain = !any(uncertain_share(rules, batch, block, points) > 0.0);
 }
@@ -316,7 +316,7 @@ LANES_INLINE Real expected_load(const RestWork& work, const BlockBatch& batch, c
 }
 
 /// Which blocks does an impact load? A speculative one that is held ahead, at its own point or at another one of the block; or
-/// one too slow to collide, which wedges bodies: it bore no load, and now bears far more than a weight.
+/// one too slow to collide, or what a collision leaves, which wedges bodies: it bore no load, and now bears far more than a weight.
 LANES_INLINE void find_hits(const RestWork& work, const BlockBatch& batch, RestBlock& block, const BatchPoint* points) {
     block.grows = bits_of(load_on(batch, points) > work.rules->largest_growth * expected_load(work, batch, block));
     unsigned closing = 0;

@@ -163,14 +163,16 @@ void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts
                                   std::span<Velocity> velocity) {
     const BlockBatch& batch = loop.batches[i];
     RestBlock& rest = rest_blocks[i];
-    rest.plain = rest.edges = rest.hit = 0;
+    rest.plain = rest.edges = rest.hit = rest.fresh = 0;
     for (BatchPoint& point : loop.points_of(batch)) {
         point.edges = 0;
     }
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
         if (batch.block[lane] >= 0) {
             const Block& block = loop.blocks[static_cast<std::size_t>(batch.block[lane])];
-            rest.least_gap.x[lane] = pairs[static_cast<std::size_t>(block.pair)].least_gap;
+            const PairContacts& pair = pairs[static_cast<std::size_t>(block.pair)];
+            rest.least_gap.x[lane] = pair.least_gap;
+            rest.fresh |= static_cast<unsigned>(pair.is_struck) << lane;
             start_lane(bodies, i, lane);
         }
     }

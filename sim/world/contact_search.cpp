@@ -110,12 +110,12 @@ void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorne
     } else {
         replace_contacts(pair, contacts);
     }
-    pair.repairs = 0;
+    pair.is_repaired = false;
     sum_up(pair);
 }
 
 void ContactSearch::keep(std::size_t index) {
-    if (index < sorted_pairs_ && pairs[index].repairs == 0) {
+    if (index < sorted_pairs_ && !pairs[index].is_repaired) {
         replaced_.emplace_back(index, pairs[index]);
     }
 }
@@ -127,7 +127,7 @@ std::size_t ContactSearch::put(const BodyPair& of, const std::vector<Contact>& c
     }
     PairContacts& pair = pairs[index];
     replace_contacts(pair, contacts);
-    ++pair.repairs;
+    pair.is_repaired = true;
     return index;
 }
 

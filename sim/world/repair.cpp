@@ -9,10 +9,6 @@
 namespace sim {
 namespace {
 
-/// After so many repairs of a pair in one solve [-] its features count as taking turns, each letting the other overlap, and are
-/// kept together. By trial: after one, which often only finds the better ones, a jam in long steps never ends.
-constexpr int repeated_repairs = 2;
-
 /// Adds those of the contacts `old` whose features are not among the new ones; in the order of the ids, as blocks need it.
 void keep_others(const std::vector<Contact>& old, std::vector<Contact>& contacts) {
     const auto feature_of = [](const Contact& contact) { return contact.feature.id; };
@@ -108,9 +104,7 @@ bool Repair::repair(std::span<const Velocity> at_node) {
             continue;
         }
         if (is_known) {
-            if (search_.pairs[index].repairs >= repeated_repairs) {
-                keep_others(search_.pairs[index].manifold.contacts, contacts);
-            }
+            keep_others(search_.pairs[index].manifold.contacts, contacts);
             search_.keep(index);
             solver_.drop_contacts(bodies_, search_.pairs, static_cast<int>(index));
         }

@@ -252,6 +252,7 @@ void WorldState::restart(std::span<const char> touched) {
             }
             pair.owed_impulse.setZero();
             pair.owed_moment.setZero();
+            pair.is_struck = true;
         }
     }
     for (std::size_t i = 0; i < joints.size(); ++i) {

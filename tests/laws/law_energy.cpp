@@ -107,13 +107,13 @@ TEST(law_energy, too_few_sweeps_throw_nothing) {
 }
 
 /// Jams in which the work of a step does not suffice for the tolerance: nothing is thrown, and a few steps later all is well.
-/// Each has 0 to 10 such steps, as each change of rounding has it.
+/// Each has 0 to 11 such steps, as each change of rounding has it.
 TEST(law_energy, a_step_whose_work_is_spent_is_made_good) {
     double gain = 0.0;
     int unfinished = 0;
     for (int seed = 1; seed <= 3; ++seed) {
         sim::World world(film("funnel", {"simulation.time_step=1/500", "simulation.velocity_tolerance=0.025",
-                                         "simulation.iteration_limit=90", fmt::format("lattice.cube.seed={}", seed)}));
+                                         "simulation.iteration_limit=55", fmt::format("lattice.cube.seed={}", seed)}));
         sim::StepReport report;
         while (world.time() < 1.4) {
             report = world.step();
@@ -125,9 +125,9 @@ TEST(law_energy, a_step_whose_work_is_spent_is_made_good) {
         }
         EXPECT_LE(report.max_penetration, 1e-4) << seed;
     }
-    record({"funnel at 1/500 s, 90 sweeps", "steps whose work is spent, of 2100 [-]", 1.0 / 500, static_cast<double>(unfinished), 25.0});
+    record({"funnel at 1/500 s, 55 sweeps", "steps whose work is spent, of 2100 [-]", 1.0 / 500, static_cast<double>(unfinished), 50.0});
     EXPECT_GT(unfinished, 0);
-    EXPECT_LE(unfinished, 25);
+    EXPECT_LE(unfinished, 50);
     EXPECT_LT(gain, 1e-3);
 }
 

@@ -264,8 +264,8 @@ TEST(blocks, load_that_moves_to_another_point_keeps_its_friction) {
         for (const LanePoint& point : cube.points()) {
             friction += point.p_t;
         }
-        EXPECT_GT(friction.norm(), 0.85 * 0.4 * load) << moved; // it slides; without, half of what has moved is lost
-        EXPECT_LT(friction.norm(), 0.4 * load * (1.0 + 1e-6));
+        EXPECT_GT(friction.norm(), 0.85 * 0.4 * cube.load()) << moved; // it slides; without, half of what has moved is lost
+        EXPECT_LT(friction.norm(), 0.4 * cube.load() * (1.0 + 1e-6));
     }
 }
 
