@@ -264,4 +264,11 @@ bool may_be_between(const CoreFeature& rim, const CoreFeature& edge, Vec3 left, 
     return h_falls <= rim.radius * w_rises && h_rises >= rim.radius * w_falls;
 }
 
+bool is_within_disc(const CoreFeature& rim, const CoreFeature& edge, const Vec3& n, double radius) {
+    const double cosine = std::abs(rim.direction.dot(edge.direction));
+    const double along = edge.direction.dot(lowest_rim_point(rim.point, rim.direction, rim.radius, n) - edge.point);
+    return edge.kind == CoreFeature::Kind::edge && radius <= rim.radius * cosine * cosine && // the ellipse's least radius of curvature
+           cosine * (edge.length - std::abs(along) - radius) >= 2.0 * radius;
+}
+
 } // namespace sim

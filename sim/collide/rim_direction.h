@@ -12,4 +12,8 @@ Vec3 rim_direction(const CoreFeature& fa, const CoreFeature& fb, const Vec3& nea
 /// edge joins, where they are no less than `least` [m] apart along it? Not where bounds tell without a search that none does.
 bool may_be_between(const CoreFeature& rim, const CoreFeature& edge, Vec3 left, Vec3 right, double least);
 
+/// The difference of a rim's disc and an edge is a slanting cylinder, along the edge, over the ellipse as which the disc is seen
+/// from there: does it hold a ball of that radius [m] which touches it where n is normal to it? n: unit, into the rim's body.
+bool is_within_disc(const CoreFeature& rim, const CoreFeature& edge, const Vec3& n, double radius);
+
 } // namespace sim

@@ -305,15 +305,6 @@ private:
         return (x - y).norm() <= gap + slack_;
     }
 
-    /// The difference of a rim's disc and an edge is a slanting cylinder, along the edge, over the ellipse as which the disc is seen
-    /// from there: does it hold a ball of that radius [m] which touches it where n is normal to it? n: unit, into the rim's body.
-    static bool is_within_disc(const CoreFeature& rim, const CoreFeature& edge, const Vec3& n, double radius) {
-        const double cosine = std::abs(rim.direction.dot(edge.direction));
-        const double along = edge.direction.dot(lowest_rim_point(rim.point, rim.direction, rim.radius, n) - edge.point);
-        return edge.kind == Kind::edge && radius <= rim.radius * cosine * cosine && // the ellipse's least radius of curvature
-               cosine * (edge.length - std::abs(along) - radius) >= 2.0 * radius;
-    }
-
     /// How far a feature reaches beyond its point along n or against it [m].
     static double reach(const CoreFeature& f, const Vec3& n) {
         return f.kind == Kind::rim ? f.radius * f.direction.cross(n).norm() : f.radius;

@@ -13,8 +13,8 @@ namespace {
 
 using namespace laws;
 
-/// Runs the scene for `duration` [s], all of it unless given, looking at every `every`-th step. settings: as of --set. may_jam: where
-/// a step does not converge, overlaps of ten times the tolerance are allowed. Returns whether all steps converged.
+/// Runs the scene for `duration` [s], all of it unless given, looking at every `every`-th step. settings: as of --set. may_jam: steps
+/// that do not converge are allowed. Returns whether all steps converged.
 bool judge_film(const std::string& film, int every, std::optional<double> shorter = {},
                 const std::vector<std::string>& settings = {}, bool may_jam = false) {
     const sim::SceneDef scene = sim::load_scene(std::filesystem::path(TUMBLE_SCENE_DIR) / (film + ".toml"), settings);
@@ -35,7 +35,7 @@ bool judge_film(const std::string& film, int every, std::optional<double> shorte
     });
     const std::string name = fmt::format("film {}, {} s{}", film, duration, settings.empty() ? "" : ", " + settings.front());
     const double h = scene.step.time_step.value();
-    const double allowed = may_jam && unconverged > 0 ? 10.0 * scene.step.tolerance : scene.step.tolerance;
+    const double allowed = scene.step.tolerance;
     record({name, fmt::format("overlap, {} steps looked at [m]", looks), h, overlap, allowed});
     record({name, "overlap, every step, by the run itself [m]", h, own, allowed});
     record({name, "steps not converged", h, static_cast<double>(unconverged), may_jam ? no_value : 0.0});
@@ -54,8 +54,8 @@ TEST(law_films, the_first_moments_of_each_keep_its_tolerance) {
 }
 
 /// Four cubes in a row are as wide as the throat: some wedge there under a thousand times their weight, and come free again. In one
-/// seed of twenty, another one after each change of rounding, a few steps do not converge then.
-TEST(law_films, DISABLED_the_funnel_keeps_its_tolerance_in_most_seeds) {
+/// seed of forty, another one after each change of rounding, a few steps do not converge then.
+TEST(law_films, DISABLED_the_funnel_keeps_its_tolerance_whatever_the_seed) {
     int jams = 0;
     for (int seed = 1; seed <= 8; ++seed) {
         jams += judge_film("funnel", 100, 2.5, {fmt::format("lattice.cube.seed={}", seed)}, true) ? 0 : 1;
