@@ -104,7 +104,7 @@ struct Collector {
         const ContactGeometry at = contact_geometry(feature, a, b);
         separation = std::min(separation, at.gap);
         if (contacts != nullptr && at.gap <= margin) {
-            contacts->push_back({at, feature});
+            contacts->push_back({at, {}, feature});
         }
     }
 };

@@ -37,26 +37,24 @@ struct Approach {
     double now = 0.0;
     double in_pass = 0.0;
 };
-Approach approach_of(const Bodies& bodies, const PairContacts& pair, std::size_t i, std::span<const Velocity> velocity,
+Approach approach_of(const Bodies& bodies, const PairContacts& pair, const Contact& contact, std::span<const Velocity> velocity,
                      const Pass& pass) {
     const auto a = static_cast<std::size_t>(pair.manifold.body_a);
     const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-    const ContactGeometry& at = pair.manifold.contacts[i].at;
+    const ContactGeometry& at = contact.at;
     const Vec3 u_rel =
         velocity[a].at(at.a - bodies.pose[a].position) - velocity[b].at(at.b() - bodies.pose[b].position);
     const double now = -u_rel.dot(at.n);
-    const double approach = pass.number == 0 ? std::max(now, pair.memory[i].approach_speed) : now;
+    const double approach = pass.number == 0 ? std::max(now, contact.memory.approach_speed) : now;
     const bool is_apart = at.gap > std::max(pass.reach, now * pass.soon);
     return {now, is_apart || approach <= pass.threshold ? 0.0 : approach};
 }
 
 /// Does a contact of the pair collide?
 bool collides(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
-    bool found = false;
-    for (std::size_t i = 0; !found && i < pair.manifold.contacts.size(); ++i) {
-        found = approach_of(bodies, pair, i, velocity, pass).in_pass > 0.0;
-    }
-    return found;
+    return std::ranges::any_of(pair.manifold.contacts, [&](const Contact& contact) {
+        return approach_of(bodies, pair, contact, velocity, pass).in_pass > 0.0;
+    });
 }
 
 /// from + s (to - from).
@@ -141,16 +139,16 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
                                std::span<const Velocity> velocity, const Pass& now) {
     const bool holds = now.number >= first_held_pass && pair.material.restitution < 1.0;
     const std::size_t first = loop_.contacts.size();
-    for (std::size_t i = 0; i < pair.manifold.contacts.size(); ++i) {
-        const Approach approach = approach_of(bodies, pair, i, velocity, now);
-        const bool is_held = holds && pair.manifold.contacts[i].at.gap <= now.reach;
+    for (const Contact& contact : pair.manifold.contacts) {
+        const Approach approach = approach_of(bodies, pair, contact, velocity, now);
+        const bool is_held = holds && contact.at.gap <= now.reach;
         if (approach.in_pass == 0.0 && !is_held) {
             continue;
         }
         if (now.number == 0) {
-            energy_owed_ += pair.memory[i].energy_taken;
+            energy_owed_ += contact.memory.energy_taken;
         }
-        loop_.contacts.push_back(&pair.manifold.contacts[i]);
+        loop_.contacts.push_back(&contact);
         // Newton's law: it leaves with e times the speed of its approach.
         targets_.push_back({pair.material.restitution * approach.in_pass, approach.now});
     }
@@ -252,7 +250,7 @@ double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>&
 }
 
 /// Impulses of the pass, with those that held a contact ahead of its impact in the last step.
-void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pass) {
+void CollisionSolver::report_impacts(int pass) {
     for (const Block& block : loop_.blocks) {
         const std::size_t lane = Blocks::lane_of(block);
         const BlockBatch& batch = loop_.batch_of(block);
@@ -260,7 +258,7 @@ void CollisionSolver::report_impacts(std::span<const PairContacts> pairs, int pa
         for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i) {
             const LanePoint point(loop_.points_of(batch)[i], lane);
             const Contact* contact = loop_.contacts[static_cast<std::size_t>(block.first) + i];
-            const ContactMemory& memory = pairs[static_cast<std::size_t>(block.pair)].memory_of(*contact);
+            const ContactMemory& memory = contact->memory;
             Vec3 impulse(point.p_t.x(), point.p_t.y(), point.p_n); // in the block's frame
             if (pass == 0 && memory.approach_speed > 0.0) {
                 // That impulse took the speed from approach_speed to about what is left of it: its work over their
@@ -348,7 +346,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         report.energy_removed += keep_energy(bodies, velocity, settings, converged);
         report.drive_work += work_;
         if (impacts != nullptr) {
-            report_impacts(pairs, report.passes);
+            report_impacts(report.passes);
         }
         report.converged = converged;
         report.unsettled = converged ? Unsettled{} : loop_.least_settled();

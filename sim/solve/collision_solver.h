@@ -65,7 +65,7 @@ private:
     }
     Unsettled fastest_left();
     int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
-    void report_impacts(std::span<const PairContacts> pairs, int pass);
+    void report_impacts(int pass);
     void begin_pass(std::span<const Velocity> velocity);
     double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
                        bool& converged);

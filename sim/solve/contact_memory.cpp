@@ -7,9 +7,8 @@
 
 namespace sim {
 
-void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts) {
+void replace_contacts(PairContacts& pair, std::vector<Contact> contacts) {
     const std::vector<Contact>& old = pair.manifold.contacts;
-    std::vector<ContactMemory> memory(contacts.size());
     std::vector<std::size_t> lost(old.size()); // indices of those not found again
     std::iota(lost.begin(), lost.end(), std::size_t{0});
     std::vector<std::size_t> added;
@@ -18,7 +17,7 @@ void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts) 
         if (found == lost.end()) {
             added.push_back(i);
         } else {
-            memory[i] = pair.memory[*found];
+            contacts[i].memory = old[*found].memory;
             lost.erase(found);
         }
     }
@@ -36,13 +35,12 @@ void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts) 
                 }
             }
         }
-        memory[*to] = pair.memory[*from];
+        contacts[*to].memory = old[*from].memory;
         added.erase(to);
         lost.erase(from);
     }
-    pair.memory = std::move(memory);
-    pair.manifold.contacts = std::vector<Contact>(contacts); // assigned to, it would keep the most room it ever had
     pair.blocks = block_count(contacts);
+    pair.manifold.contacts = std::move(contacts);
 }
 
 Block block_like(const PairContacts& pair, int index) {
@@ -62,9 +60,9 @@ void sum_up(PairContacts& pair) {
     // At one point of both bodies, so that the pair's angular momentum is kept.
     pair.owed_impulse.setZero();
     pair.owed_moment.setZero();
-    for (std::size_t i = 0; i < pair.memory.size(); ++i) {
-        const ContactMemory& memory = pair.memory[i];
-        const ContactGeometry& at = pair.manifold.contacts[i].at;
+    for (const Contact& contact : pair.manifold.contacts) {
+        const ContactMemory& memory = contact.memory;
+        const ContactGeometry& at = contact.at;
         pair.least_gap = std::min(pair.least_gap, at.gap);
         pair.was_ahead = pair.was_ahead || memory.approach_speed > 0.0;
         if (memory.p_n == 0.0 || memory.last_interval == 0.0) {

@@ -2,30 +2,11 @@
 /// What contacts remember from step to step, pair by pair: for the warm start.
 #include "sim/block/blocks.h"
 
-#include <cmath>
-
 namespace sim {
 
-/// What a contact hands to the next step, in the order that rest_kernel.cpp has.
-struct ContactMemory {
-    double p_n = 0.0;            ///< [N s]
-    Vec3 p_t = Vec3::Zero();     ///< [N s], world
-    double signed_interval = 0.0; ///< time those impulses stood for [s]; negative: it sticks (eq. 6)
-    double force_share = 1.0;    ///< [-] of them that was a force; the rest answered an impact
-    double last_interval = 0.0;  ///< [s] moved since; 0: they lack nothing (new, or after an impact)
-    double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
-    double energy_taken = 0.0;   ///< [J] taken away with approach_speed
-
-    double interval() const { return std::abs(signed_interval); }
-    bool is_sticking() const { return signed_interval < 0.0; }
-    /// Share [-] of the impulses that acts after the instant (the half kick): velocities stored before the next impulses lack it.
-    double owed() const { return signed_interval != 0.0 ? force_share * 0.5 * last_interval / interval() : 0.0; }
-};
-
-/// Contacts of a pair as a step begins, matched with what the last step remembered of them.
+/// Contacts of a pair, with what the last step remembered of them.
 struct PairContacts {
     Manifold manifold;
-    std::vector<ContactMemory> memory; ///< [manifold.contacts]
     std::size_t blocks = 0;            ///< that its contacts make; see block_count()
     PairMaterial material;
     double least_gap = 0.0;            ///< [m] of its contacts
@@ -35,30 +16,23 @@ struct PairContacts {
     Vec3 owed_impulse = Vec3::Zero();  ///< [N s] on a: the owed share of the impulses remembered, at the present points
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
 
-    /// Of one of its contacts.
+    /// Of one of its contacts, to be changed.
     ContactMemory& memory_of(const Contact& contact) {
-        return memory[static_cast<std::size_t>(&contact - manifold.contacts.data())];
-    }
-    const ContactMemory& memory_of(const Contact& contact) const {
-        return memory[static_cast<std::size_t>(&contact - manifold.contacts.data())];
+        return manifold.contacts[static_cast<std::size_t>(&contact - manifold.contacts.data())].memory;
     }
 };
 
 /// Asks for what lies anywhere in memory, before its turn comes.
-template <typename T>
-void prefetch(const std::vector<T>& values) {
-    for (std::size_t at = 0; at < values.size() * sizeof(T); at += 64) {
-        __builtin_prefetch(reinterpret_cast<const char*>(values.data()) + at);
-    }
-}
 inline void prefetch(const PairContacts& pair) {
-    prefetch(pair.memory);
-    prefetch(pair.manifold.contacts);
+    const std::vector<Contact>& contacts = pair.manifold.contacts;
+    for (std::size_t at = 0; at < contacts.size() * sizeof(Contact); at += 64) {
+        __builtin_prefetch(reinterpret_cast<const char*>(contacts.data()) + at);
+    }
 }
 
 /// Gives the pair these contacts, and hands what it remembers of those it had to them: by feature id, the rest to the nearest
 /// core. What bears a load has to go on: the half kick of one contact alone would throw a body that is held between two.
-void replace_contacts(PairContacts& pair, const std::vector<Contact>& contacts);
+void replace_contacts(PairContacts& pair, std::vector<Contact> contacts);
 
 /// A block of pair number `index`, without its contacts.
 Block block_like(const PairContacts& pair, int index);

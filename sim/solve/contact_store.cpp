@@ -52,7 +52,7 @@ bool RestingContacts::update_mark(const Bodies& bodies, const PairContacts& pair
         const Vec2 slip = point.tangential_velocity(twist) - target;
         slips = slips || slip.norm() > slip_tolerance;
         at_limit = at_limit || point.p_t.norm() >= rules_.limit * block.mu_s * point.p_n;
-        const ContactMemory& memory = pair.memory_of(*loop.contacts[static_cast<std::size_t>(block.first + k)]);
+        const ContactMemory& memory = loop.contacts[static_cast<std::size_t>(block.first + k)]->memory;
         if (!memory.is_sticking()) {
             reversal += point.p_n * slip.dot(point.tangential_velocity(before) - 0.5 * memory.last_interval * fall);
         }
@@ -142,9 +142,9 @@ void RestingContacts::forget_left_out(std::vector<PairContacts>& pairs) const {
     }
     std::ranges::sort(held);
     for (PairContacts& pair : pairs) {
-        for (std::size_t i = 0; i < pair.memory.size(); ++i) {
-            if (!std::ranges::binary_search(held, &pair.manifold.contacts[i])) {
-                pair.memory[i] = {};
+        for (Contact& contact : pair.manifold.contacts) {
+            if (!std::ranges::binary_search(held, &contact)) {
+                contact.memory = {};
             }
         }
     }

@@ -61,7 +61,8 @@ struct Displacement {
 /// What the interval does to a contact. n: the block's normal; u_t: its tangential velocity after the impulses [m/s].
 Displacement displacement(const Interval& of, const Contact& contact, const Vec3& n,
                           const Eigen::Matrix<double, 3, 2>& tangents, const Vec2& u_t) {
-    const auto& [start, feature] = contact;
+    const ContactGeometry& start = contact.at;
+    const ContactFeature& feature = contact.feature;
     const ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
     // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
     const auto rolling = [&] { return Vec2(of.h * (u_t + tangents.transpose() * (0.5 * of.h * of.fall))); };

@@ -51,7 +51,7 @@ void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs
         loop.split(place, first, loop.contacts.size(), block_like(pair, index));
     }
     start(bodies, pairs, first_block, to);
-    find_late_impacts(pairs, first_block, at_node);
+    find_late_impacts(first_block, at_node);
 }
 
 void RestingContacts::drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to) {
@@ -233,19 +233,17 @@ void RestingContacts::start_lane(const Bodies& bodies, std::size_t i, std::size_
     }
 }
 
-void RestingContacts::find_late_impacts(const std::vector<PairContacts>& pairs, std::size_t first_block,
-                                      std::span<const Velocity> at_node) {
+void RestingContacts::find_late_impacts(std::size_t first_block, std::span<const Velocity> at_node) {
     const double threshold = resting_threshold(settings_);
     for (std::size_t i = first_block; i < loop.blocks.size(); ++i) {
         const Block& block = loop.blocks[i];
         const BlockBatch& batch = loop.batch_of(block);
         const std::size_t lane = Blocks::lane_of(block);
         const Vec6 twist = LaneFrame(batch, lane).relative_twist(at_node);
-        const PairContacts& pair = pairs[static_cast<std::size_t>(block.pair)];
         for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
             const auto at = static_cast<std::size_t>(batch.first) + k;
             const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k];
-            const bool is_new = pair.memory_of(contact).last_interval == 0.0;
+            const bool is_new = contact.memory.last_interval == 0.0;
             if (is_new && -LanePoint(loop.points[at], lane).normal_velocity(twist) > threshold) {
                 loop.points[at].ahead |= 1u << lane;
                 loop.points[at].closing |= 1u << lane;

@@ -66,8 +66,7 @@ private:
     void start_lane(const Bodies& bodies, std::size_t i, std::size_t lane);
     void work_with_memory(RestWork work, std::size_t i, std::vector<PairContacts>& pairs);
     RestWork work_of(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
-    void find_late_impacts(const std::vector<PairContacts>& pairs, std::size_t first_block,
-                           std::span<const Velocity> at_node);
+    void find_late_impacts(std::size_t first_block, std::span<const Velocity> at_node);
     void set_mark(Block& block, bool sticks);
     bool update_mark(const Bodies& bodies, const PairContacts& pair, Block& block, std::span<const Velocity> velocity);
     double force_share(const Block& block) const;

@@ -39,7 +39,6 @@ void exchange(Archive& archive, State& state) {
         archive(pair.manifold.body_a);
         archive(pair.manifold.body_b);
         archive(pair.manifold.contacts);
-        archive(pair.memory);
         archive(pair.material);
     }
     archive(state.impacts);

@@ -104,9 +104,13 @@ void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorne
     if (pair.manifold.contacts.empty()) {
         begin_pair(pair, candidate.bodies, bodies_);
     }
-    if (std::ranges::equal(contacts, pair.manifold.contacts, {}, id_of, id_of)) {
-        pair.manifold.contacts.assign(contacts.begin(), contacts.end());
-        pair.blocks = block_count(contacts);
+    std::vector<Contact>& known = pair.manifold.contacts;
+    if (std::ranges::equal(contacts, known, {}, id_of, id_of)) {
+        for (std::size_t i = 0; i < known.size(); ++i) {
+            known[i].at = contacts[i].at;
+            known[i].feature = contacts[i].feature;
+        }
+        pair.blocks = block_count(known);
     } else {
         replace_contacts(pair, contacts);
     }
@@ -120,13 +124,13 @@ void ContactSearch::keep(std::size_t index) {
     }
 }
 
-std::size_t ContactSearch::put(const BodyPair& of, const std::vector<Contact>& contacts) {
+std::size_t ContactSearch::put(const BodyPair& of, std::vector<Contact> contacts) {
     const std::size_t index = index_of(of);
     if (index == pairs.size()) {
         begin_pair(pairs.emplace_back(), of, bodies_);
     }
     PairContacts& pair = pairs[index];
-    replace_contacts(pair, contacts);
+    replace_contacts(pair, std::move(contacts));
     pair.is_repaired = true;
     return index;
 }

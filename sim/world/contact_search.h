@@ -24,7 +24,7 @@ public:
     /// Before what pair `index` remembers changes; a new one has nothing to keep.
     void keep(std::size_t index);
     /// Other contacts of a candidate, as repair finds them: into the pair it has, or a new one. Returns its index.
-    std::size_t put(const BodyPair& pair, const std::vector<Contact>& contacts);
+    std::size_t put(const BodyPair& pair, std::vector<Contact> contacts);
     /// Index of a pair in `pairs`; pairs.size() if it has no contacts.
     std::size_t index_of(const BodyPair& pair) const;
     /// Undoes all of that.

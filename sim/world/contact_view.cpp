@@ -15,12 +15,12 @@ bool is_sticking(const ContactMemory& memory, const PairMaterial& material) {
 std::vector<ContactSnapshot> loaded_contacts(std::span<const PairContacts> pairs, double time_step) {
     std::vector<ContactSnapshot> contacts;
     for (const PairContacts& pair : pairs) {
-        for (std::size_t i = 0; i < pair.memory.size(); ++i) {
-            const ContactMemory& memory = pair.memory[i];
+        for (const Contact& contact : pair.manifold.contacts) {
+            const ContactMemory& memory = contact.memory;
             if (!(memory.p_n > 0.0)) {
                 continue;
             }
-            const ContactGeometry& at = pair.manifold.contacts[i].at;
+            const ContactGeometry& at = contact.at;
             const double share = memory.interval() > 0.0 ? time_step / memory.interval() : 1.0;
             const Vec3 impulse = share * (memory.p_n * at.n + memory.p_t);
             const Vec3 point = at.middle();

@@ -108,7 +108,7 @@ bool Repair::repair(std::span<const Velocity> at_node) {
             search_.keep(index);
             solver_.drop_contacts(bodies_, search_.pairs, static_cast<int>(index));
         }
-        (is_known ? changed : added).push_back(static_cast<int>(search_.put(pair, contacts)));
+        (is_known ? changed : added).push_back(static_cast<int>(search_.put(pair, std::move(contacts))));
     }
     changed.insert(changed.end(), added.begin(), added.end());
     solver_.add_contacts(bodies_, search_.pairs, changed, at_node);

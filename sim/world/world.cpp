@@ -247,8 +247,8 @@ void WorldState::restart(std::span<const char> touched) {
     };
     for (PairContacts& pair : search.pairs) {
         if (is_touched(pair.manifold.body_a, pair.manifold.body_b)) {
-            for (ContactMemory& memory : pair.memory) {
-                memory.last_interval = 0.0;
+            for (Contact& contact : pair.manifold.contacts) {
+                contact.memory.last_interval = 0.0;
             }
             pair.owed_impulse.setZero();
             pair.owed_moment.setZero();

@@ -23,7 +23,6 @@ struct Impacts {
         const auto ia = static_cast<std::size_t>(a);
         const auto ib = static_cast<std::size_t>(b);
         find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 1e-3, found.manifold.contacts);
-        found.memory.resize(found.manifold.contacts.size());
         found.material = pair_material(bodies.props[ia], bodies.props[ib]);
     }
     CollisionReport resolve() {

@@ -50,8 +50,8 @@ struct Stack {
     }
     double load(std::size_t pair) const {
         double sum = 0.0;
-        for (const ContactMemory& memory : pairs[pair].memory) {
-            sum += memory.p_n;
+        for (const Contact& contact : pairs[pair].manifold.contacts) {
+            sum += contact.memory.p_n;
         }
         return sum;
     }
@@ -87,9 +87,9 @@ TEST(contact_solver, a_floor_carries_the_weight_of_all_above_it) {
 TEST(contact_solver, corners_of_a_resting_face_carry_equal_shares) {
     Stack stack(1);
     stack.solve();
-    for (const ContactMemory& memory : stack.pairs[0].memory) {
-        EXPECT_NEAR(memory.p_n, 1000.0 * g * h / 8.0, 1e-9);
-        EXPECT_EQ(memory.p_t.norm(), 0.0);
+    for (const Contact& contact : stack.pairs[0].manifold.contacts) {
+        EXPECT_NEAR(contact.memory.p_n, 1000.0 * g * h / 8.0, 1e-9);
+        EXPECT_EQ(contact.memory.p_t.norm(), 0.0);
     }
 }
 
@@ -131,7 +131,7 @@ TEST(contact_solver, a_guess_that_throws_is_not_taken) {
     stack.solver.store_impulses(stack.bodies, stack.pairs, {});
     const BodyProps& cube = stack.bodies.props[0];
     const double turn = 2.0 * std::numbers::pi / h; // [rad/s]
-    stack.pairs[0].memory[0].p_n = 0.01 * turn / (6.0 * cube.inverse_mass * std::sqrt(0.5)); // at a corner
+    stack.pairs[0].manifold.contacts[0].memory.p_n = 0.01 * turn / (6.0 * cube.inverse_mass * std::sqrt(0.5)); // at a corner
     stack.solve();
     EXPECT_LT(stack.solver.velocity()[0].v.norm(), 0.1);
 }
@@ -144,14 +144,14 @@ TEST(contact_solver, a_force_that_moves_to_other_points_of_its_block_stays_one) 
     stack.bodies.velocity = {{Vec3(0, 0, -1), Vec3::Zero()}, {Vec3(0, 0, -1.2), Vec3::Zero()}, {}};
     stack.pairs.pop_back();
     stack.pair(0, 1);
-    for (ContactMemory& memory : stack.pairs[0].memory) {
-        memory.signed_interval = memory.last_interval = h;
+    for (Contact& contact : stack.pairs[0].manifold.contacts) {
+        contact.memory.signed_interval = contact.memory.last_interval = h;
     }
-    stack.pairs[0].memory[0].p_n = 1500.0;
+    stack.pairs[0].manifold.contacts[0].memory.p_n = 1500.0;
     stack.solve();
     double force = 0.0;
-    for (const ContactMemory& memory : stack.pairs[0].memory) {
-        force += memory.force_share * memory.p_n;
+    for (const Contact& contact : stack.pairs[0].manifold.contacts) {
+        force += contact.memory.force_share * contact.memory.p_n;
     }
     EXPECT_GT(stack.load(0), 2000.0);
     EXPECT_NEAR(force, 1500.0, 1e-9);
@@ -170,12 +170,12 @@ TEST(contact_solver, an_impact_that_another_point_of_the_block_prevents_is_one) 
     stack.pair(0, 1);
     for (std::size_t i = 0; i < 4; ++i) {
         const bool touches = stack.pairs[0].manifold.contacts[i].at.gap < 0.5 * tilt;
-        stack.pairs[0].memory[i] = {.p_n = touches ? 5.0 : 0.0, .signed_interval = h, .last_interval = touches ? h : 0.0};
+        stack.pairs[0].manifold.contacts[i].memory = {.p_n = touches ? 5.0 : 0.0, .signed_interval = h, .last_interval = touches ? h : 0.0};
     }
     stack.solve();
     double force = 0.0;
     for (std::size_t i = 0; i < 4; ++i) {
-        const ContactMemory& memory = stack.pairs[0].memory[i];
+        const ContactMemory& memory = stack.pairs[0].manifold.contacts[i].memory;
         EXPECT_EQ(memory.p_n > 0.0, stack.pairs[0].manifold.contacts[i].at.gap < 0.5 * tilt);
         force += memory.force_share * memory.p_n;
     }
@@ -229,14 +229,13 @@ TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
     PairContacts old = stack.pairs[0];
     const std::vector<Contact> contacts = old.manifold.contacts;
     for (std::size_t i = 0; i < 4; ++i) {
-        old.memory[i].p_n = static_cast<double>(i + 1);
+        old.manifold.contacts[i].memory.p_n = static_cast<double>(i + 1);
     }
-    std::ranges::reverse(old.memory);
     std::ranges::reverse(old.manifold.contacts);
     PairContacts pair = old;
     replace_contacts(pair, contacts);
     for (std::size_t i = 0; i < 4; ++i) {
-        EXPECT_EQ(pair.memory[i].p_n, static_cast<double>(i + 1));
+        EXPECT_EQ(pair.manifold.contacts[i].memory.p_n, static_cast<double>(i + 1));
         EXPECT_EQ(pair.manifold.contacts[i].feature.id, contacts[i].feature.id);
     }
     for (Contact& contact : old.manifold.contacts) {
@@ -245,10 +244,9 @@ TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
     }
     pair = old;
     replace_contacts(pair, contacts);
-    EXPECT_EQ(pair.memory[2].p_n, 3.0);
+    EXPECT_EQ(pair.manifold.contacts[2].memory.p_n, 3.0);
     old.manifold.contacts.resize(1); // contacts[3]
-    old.memory.resize(1);
     pair = old;
     replace_contacts(pair, {contacts[0]}); // far away, but there is no other
-    EXPECT_EQ(pair.memory[0].p_n, old.memory[0].p_n);
+    EXPECT_EQ(pair.manifold.contacts[0].memory.p_n, old.manifold.contacts[0].memory.p_n);
 }

@@ -301,7 +301,6 @@ TEST(structure, table_of_records_is_that_of_the_code) {
     using namespace sim;
     const std::map<std::string, std::size_t> code = {
         {"Contact", sizeof(Contact)},
-        {"ContactMemory", sizeof(ContactMemory)},
         {"BatchPoint", sizeof(BatchPoint) / lane_count},
         {"RestPoint", sizeof(RestPoint) / lane_count},
         {"ExtrapolatedPoint", sizeof(ExtrapolatedPoint) / lane_count},

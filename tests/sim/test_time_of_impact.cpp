@@ -29,7 +29,6 @@ struct Approach {
         const auto ia = static_cast<std::size_t>(a);
         const auto ib = static_cast<std::size_t>(b);
         find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 100.0, found.manifold.contacts);
-        found.memory.resize(found.manifold.contacts.size());
     }
     std::optional<Impact> impact(double h) const {
         return time_of_impact(bodies, bodies.velocity, pairs, settings, h);

@@ -174,9 +174,9 @@ TEST(world, no_contact_pulls) {
     for (int i = 0; i < 400; ++i) {
         world.step();
         for (const PairContacts& pair : world.search.pairs) {
-            for (const ContactMemory& memory : pair.memory) {
-                loaded += memory.p_n > 0.0 ? 1 : 0;
-                pulls += memory.p_n < 0.0 ? 1 : 0;
+            for (const Contact& contact : pair.manifold.contacts) {
+                loaded += contact.memory.p_n > 0.0 ? 1 : 0;
+                pulls += contact.memory.p_n < 0.0 ? 1 : 0;
             }
         }
     }
