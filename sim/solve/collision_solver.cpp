@@ -50,6 +50,12 @@ Approach approach_of(const Bodies& bodies, const PairContacts& pair, const Conta
     return {now, is_apart || approach <= pass.threshold ? 0.0 : approach};
 }
 
+/// No point of the body moves faster [m/s].
+double fastest_point(const BodyProps& props, const Velocity& velocity) {
+    const double turn = velocity.w.norm();
+    return velocity.v.norm() + (turn > 0.0 ? turn * props.bounding_radius : 0.0);
+}
+
 /// Does a contact of the pair collide?
 bool collides(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
     return std::ranges::any_of(pair.manifold.contacts, [&](const Contact& contact) {
@@ -75,6 +81,10 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     targets_.clear();
     energy_owed_ = 0.0;
     if (pass == 0) {
+        fastest_.resize(velocity.size());
+        for (std::size_t i = 0; i < velocity.size(); ++i) {
+            fastest_[i] = fastest_point(bodies.props[i], velocity[i]);
+        }
         near_.clear();
         for (std::size_t k = 0; k < pairs.size(); ++k) {
             if (pairs[k].least_gap <= now.reach || now.soon > 0.0) {
@@ -82,15 +92,19 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             }
         }
     }
+    const auto may_collide = [&](const PairContacts& pair) {
+        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
+        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
+        return pass > 0 ? is_changed_[a] != 0 || is_changed_[b] != 0
+                        : pair.was_ahead || fastest_[a] + fastest_[b] > now.threshold;
+    };
     collides_.resize(near_.size());
     loop_.share(near_.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
-            if (pass == 0 && k + 1 < last) {
+            if (pass == 0 && k + 1 < last && may_collide(near(pairs, k + 1))) {
                 prefetch(near(pairs, k + 1));
             }
-            const bool is_changed = pass == 0 || is_changed_[static_cast<std::size_t>(near(pairs, k).manifold.body_a)] != 0 ||
-                                    is_changed_[static_cast<std::size_t>(near(pairs, k).manifold.body_b)] != 0;
-            collides_[k] = is_changed && collides(bodies, near(pairs, k), velocity, now);
+            collides_[k] = may_collide(near(pairs, k)) && collides(bodies, near(pairs, k), velocity, now);
         }
     });
     if (pass >= first_held_pass) {

@@ -36,6 +36,7 @@ struct Memory {
     Real p_n, interval, force_share, last_interval, approach_speed;
     Mask sticks;
     Real3 p_t;
+    LANES_INLINE Memory() {}
     LANES_INLINE explicit Memory(double* const* from) {
         Real row[8];
         gather_rows(from, row);
@@ -49,17 +50,13 @@ struct Memory {
     }
 };
 
-/// Share [-] of the impulses at t0 that acts before it (see node_weight()); all of it where none touches.
-LANES_INLINE Real node_weight_of(const RestWork& work, const BlockBatch& batch, const BatchPoint* points) {
+/// Share [-] of the impulses at t0 that acts before it (see node_weight()); all of it where none touches. memory: of the points.
+LANES_INLINE Real node_weight_of(const RestWork& work, const BlockBatch& batch, const BatchPoint* points, const Memory* memory) {
     Real last = real(0.0);
     Mask touches = nowhere();
     for (int k = 0; k < batch.count; ++k) {
         const Mask here = lanes_of(points[k].there);
-        Lanes value;
-        for (int l = 0; l < lane_count; ++l) {
-            value.x[l] = work.memory[lane_count * k + l][6];
-        }
-        last = max(last, select(here, load(value), real(0.0)));
+        last = max(last, select(here, memory[k].last_interval, real(0.0)));
         touches |= here & (load(points[k].gap) <= work.rules->tolerance);
     }
     return select(touches, last / (last + real(work.rules->h)), real(1.0));
@@ -93,7 +90,11 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
     const Real zero = real(0.0);
     const Real one = real(1.0);
     const Frame f = frame_of(batch);
-    const Real node_weight = node_weight_of(work, batch, points);
+    Memory memories[block_size];
+    for (int k = 0; k < batch.count; ++k) {
+        memories[k] = Memory(work.memory + lane_count * k);
+    }
+    const Real node_weight = node_weight_of(work, batch, points, memories);
     store(batch.node_weight, node_weight);
     const Real interval = impulse_interval(node_weight, h);
     const Real fall = fall_of(rules, batch, f.n);
@@ -107,7 +108,7 @@ LANES_INLINE void start(const RestWork& work, BlockBatch& batch, RestBlock& bloc
         const Real x = load(points[k].x);
         const Real y = load(points[k].y);
         const Real gap = load(points[k].gap);
-        const Memory memory(work.memory + lane_count * k);
+        const Memory& memory = memories[k];
         const Mask ahead = gap > rules.tolerance; // a speculative contact
         const Real u_n = twist.normal(x, y);
         points[k].ahead = bits_of(ahead);
