@@ -19,7 +19,7 @@ struct Best {
         index = select(better, real(i), index);
         side = select(better, select(offset >= 0.0, real(1.0), real(-1.0)), side);
     }
-    LANES_INLINE void write(const AxesSearch& search, AxisChoice BoxAxes::* kind) const {
+    LANES_INLINE void write(const AxesSearch& search, int kind) const {
         Lanes s;
         Lanes i;
         Lanes d;
@@ -27,7 +27,9 @@ struct Best {
         store(i, index);
         store(d, side);
         for (int l = 0; l < search.count; ++l) {
-            search.axes[l]->*kind = {s.x[l], static_cast<int>(i.x[l]), static_cast<int>(d.x[l])};
+            search.axes[l]->separations[kind] = s.x[l];
+            search.axes[l]->indices[kind] = static_cast<signed char>(i.x[l]);
+            search.axes[l]->sides[kind] = static_cast<signed char>(d.x[l]);
         }
     }
 };
@@ -76,9 +78,9 @@ void KERNEL(const AxesSearch& search) {
             edges.offer(crossing, s, 3 * i + j, offset);
         }
     }
-    face_a.write(search, &BoxAxes::face_a);
-    face_b.write(search, &BoxAxes::face_b);
-    edges.write(search, &BoxAxes::edges);
+    face_a.write(search, 0);
+    face_b.write(search, 1);
+    edges.write(search, 2);
 }
 
 } // namespace sim

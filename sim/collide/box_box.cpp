@@ -27,7 +27,7 @@ double slack_of(const PlacedBoxRow& a, const PlacedBoxRow& b) {
 
 /// Is it a face of a, rather than of b, that the contacts lie on?
 bool reference_is_a(const BoxAxes& axes, double slack) {
-    return axes.face_a.separation + slack >= axes.face_b.separation;
+    return axes.face_a().separation + slack >= axes.face_b().separation;
 }
 
 /// A point of the box in its body's frame; they are one but for parts of compounds.
@@ -131,7 +131,7 @@ BoxAxes box_box_axes(const PlacedBox& a, const PlacedBox& b) {
 
 void add_to(FaceClip& clip, int a, int b, const BoxAxes& axes, FaceCorners& corners) {
     const bool is_a = reference_is_a(axes, slack_of(clip.boxes[a], clip.boxes[b]));
-    const AxisChoice& face = is_a ? axes.face_a : axes.face_b;
+    const AxisChoice face = is_a ? axes.face_a() : axes.face_b();
     const int lane = clip.count++;
     clip.reference[lane] = is_a ? a : b;
     clip.incident[lane] = is_a ? b : a;
@@ -155,7 +155,9 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axe
 void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axes, const FaceCorners& corners,
                       const ContactList& to) {
     std::vector<Contact>& contacts = to.contacts;
-    const auto& [face_a, face_b, edges] = axes;
+    const AxisChoice face_a = axes.face_a();
+    const AxisChoice face_b = axes.face_b();
+    const AxisChoice edges = axes.edges();
     const double slack = slack_of(a.row, b.row);
     const bool is_a = reference_is_a(axes, slack);
     const Vec3 normal_a = axes_of(a.row).col(face_a.index) * face_a.side;

@@ -20,13 +20,19 @@ struct AxisChoice {
     int side;          ///< +1: n is along the axis, -1: against it
 };
 
-/// Of a pair of boxes.
+/// Of a pair of boxes, one of each kind: a face of a, of b, edges.
 struct BoxAxes {
-    AxisChoice face_a, face_b, edges;
+    double separations[3];
+    signed char indices[3];
+    signed char sides[3];
 
+    AxisChoice of_kind(int kind) const { return {separations[kind], indices[kind], sides[kind]}; }
+    AxisChoice face_a() const { return of_kind(0); }
+    AxisChoice face_b() const { return of_kind(1); }
+    AxisChoice edges() const { return of_kind(2); }
     double separation() const {
-        const double faces = face_a.separation > face_b.separation ? face_a.separation : face_b.separation;
-        return faces > edges.separation ? faces : edges.separation;
+        const double faces = separations[0] > separations[1] ? separations[0] : separations[1];
+        return faces > separations[2] ? faces : separations[2];
     }
 };
 

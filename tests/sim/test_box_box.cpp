@@ -317,7 +317,7 @@ TEST(box_box, faces_touch_where_one_polygon_cut_by_the_other_has_its_corners) {
         const Quat tilt = i % 3 == 0 ? Quat::Identity() : about(numbers.direction(), 1e-3);
         const PlacedBox above = at(Vec3(0.4, 0.45, 0.1), {Vec3(shift.x(), shift.y(), 0.3), tilt * about(Vec3::UnitZ(), angle)});
         const BoxAxes axes = box_box_axes(below, above);
-        if (axes.face_a.index != 2 || axes.face_a.separation != axes.separation()) {
+        if (axes.face_a().index != 2 || axes.face_a().separation != axes.separation()) {
             continue;
         }
         const auto contacts = contacts_of(below, above);
@@ -359,11 +359,11 @@ TEST(box_box, axes_of_many_pairs_are_those_of_each) {
         for (int lane = 0; lane < search.count; ++lane) {
             const auto a = static_cast<std::size_t>(search.a[lane]);
             const BoxAxes expected = box_box_axes(boxes[a], boxes[a / 2]);
-            for (const auto kind : {&BoxAxes::face_a, &BoxAxes::face_b, &BoxAxes::edges}) {
-                const AxisChoice& choice = search.axes[lane]->*kind;
-                EXPECT_EQ(choice.separation, (expected.*kind).separation);
-                EXPECT_EQ(choice.index, (expected.*kind).index);
-                EXPECT_EQ(choice.side, (expected.*kind).side);
+            for (int kind = 0; kind < 3; ++kind) {
+                const AxisChoice choice = search.axes[lane]->of_kind(kind);
+                EXPECT_EQ(choice.separation, expected.of_kind(kind).separation);
+                EXPECT_EQ(choice.index, expected.of_kind(kind).index);
+                EXPECT_EQ(choice.side, expected.of_kind(kind).side);
             }
         }
     }
