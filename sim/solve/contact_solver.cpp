@@ -14,7 +14,8 @@ namespace {
 
 /// Share [-] of the tolerance that each of these may leave: a change that ends the sweeps (over h; or the velocity tolerance,
 /// whichever is smaller); the gap errors of one linear solve before it is repeated at the predicted poses; and a gap as it
-/// is, for closing it would need a velocity, which the next step has to take away again, and no tower rests on such.
+/// is, for closing it would need a velocity, which the next step has to take away again, and no tower rests on such. Where a
+/// linear solve leaves more than the tolerance, this share of the change that ended its sweeps ends those of the next one.
 constexpr double left_share = 0.5;
 
 /// Share [-] of the impulses at t0 that acts before it, when the velocities were last exact `last_interval`
@@ -175,7 +176,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             break;
         }
         if (outer > 0 && report.residual > gap_tolerance) {
-            part *= solved_share; // what the linear solve before asked for has not been enough
+            part *= left_share; // what the linear solve before asked for has not been enough
         }
         bool converged = false;
         report.iterations += iterate(left, part, converged);
