@@ -380,10 +380,10 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
     share_colours([&](std::size_t first, std::size_t last) { work(first, last, nullptr, share_of_step); });
 }
 
-/// Visits again, colour by colour, what the last sweep changed by more than the tolerance, while that takes no more visits than
+/// Visits again, colour by colour, what the last sweep changed by more than `large` [m/s], while that takes no more visits than
 /// another sweep: of a row that is wedged nothing else changes after some twenty sweeps.
-void Blocks::visit_again(const BatchSweep& like) {
-    const auto is_done = [&](std::size_t i) { return std::ranges::max(batches[i].change.x) <= like.tolerance; };
+void Blocks::visit_again(const BatchSweep& like, double large) {
+    const auto is_done = [&](std::size_t i) { return std::ranges::max(batches[i].change.x) <= large; };
     again_.resize(batches.size());
     std::iota(again_.begin(), again_.end(), std::size_t{0});
     std::erase_if(again_, is_done);
@@ -407,13 +407,11 @@ void Blocks::visit_again(const BatchSweep& like) {
     }
 }
 
-double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance) {
+double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance, double large) {
     const bool is_due = sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
-    if (is_due) {
-        newton_serves_ = solve_stalled(velocity, skip);
-    }
-    if (sweeps_ > plain_sweeps && !(is_due && newton_serves_)) {
+    const bool is_small = is_due && solve_stalled(velocity, skip);
+    if (sweeps_ > plain_sweeps && !is_small) {
         extrapolate(velocity);
     }
     const BatchSweep like{.points = points.data(),
@@ -426,8 +424,8 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
         raise_to(worst, sweep_like(like, batches.data() + first, last - first));
     });
     change_ = worst;
-    if (sweeps_ > plain_sweeps && !newton_serves_) {
-        visit_again(like);
+    if (sweeps_ > plain_sweeps && change_ > large) {
+        visit_again(like, large);
     }
     least_change_ = std::min(least_change_, change_);
     if (sweeps_ % plain_sweeps == 0) {

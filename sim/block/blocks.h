@@ -19,6 +19,7 @@
 
 #include <Eigen/Core>
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -202,9 +203,9 @@ public:
 
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch at whose points
     /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. tolerance: see BatchSweep. After
-    /// some sweeps Newton's method solves small islands, and in others what changed by more than the tolerance is visited again;
-    /// the impulses are extrapolated.
-    double sweep(std::span<Velocity> velocity, double skip, double tolerance);
+    /// some sweeps the impulses are extrapolated, and what changed by more than `large` [m/s] is visited again.
+    double sweep(std::span<Velocity> velocity, double skip, double tolerance,
+                 double large = std::numeric_limits<double>::infinity());
 
     /// Have the last sweeps brought nothing any more? Rigid bodies held by more contacts than they need may ask for what no
     /// impulses give, and then sweeps go on for ever at some small change.
@@ -227,7 +228,7 @@ private:
     static std::size_t end_of_batch(const std::vector<Place>& places, std::size_t first);
     void make_batches(const std::vector<Place>& places);
     void extrapolate(std::span<Velocity> velocity);
-    void visit_again(const BatchSweep& like);
+    void visit_again(const BatchSweep& like, double large);
     void find_islands();
     bool solve_stalled(std::span<Velocity> velocity, double skip);
     double largest_change(const Island& island) const;
@@ -246,7 +247,6 @@ private:
     double least_change_ = 0.0;         ///< [m/s] of the last plain_sweeps, so far
     double progress_ = 0.0;             ///< [m/s] the same of those before
     bool stalls_ = false;
-    bool newton_serves_ = false;        ///< Newton's method serves all islands that still change
     std::vector<Island> islands_;       ///< once asked for
     IslandNewton newton_;
     Extrapolation extrapolation_;

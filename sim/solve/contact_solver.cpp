@@ -135,7 +135,7 @@ int ContactSolver::iterate(int budget, double part, bool& converged) {
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = has_joints ? joints_.solve(to_.velocity) : 0.0;
         const double skip = skip_share * std::min(tolerance, last);
-        last = contacts_.loop.sweep(to_.velocity, skip, tolerance);
+        last = contacts_.loop.sweep(to_.velocity, skip, tolerance, left_share * settings_.tolerance / rules_.h);
         if (enough_ == 0.0) {
             enough_ = std::min(tolerance, std::max(solved_share * last, settled_change));
         }

@@ -107,7 +107,7 @@ TEST(law_energy, too_few_sweeps_throw_nothing) {
 }
 
 /// Jams in which the work of a step does not suffice for the tolerance: nothing is thrown, and a few steps later all is well.
-/// Each has 0 to 11 such steps, as each change of rounding has it.
+/// Each has 2 to 28 such steps, as each change of rounding has it.
 TEST(law_energy, a_step_whose_work_is_spent_is_made_good) {
     double gain = 0.0;
     int unfinished = 0;
