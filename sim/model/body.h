@@ -38,6 +38,12 @@ struct alignas(64) Velocity {
     Vec3 at(const Vec3& r) const { return v + w.cross(r); }
 };
 
+/// Largest velocity [m/s] that the body's rotation gives a point of it.
+inline double rim_speed(const BodyProps& props, const Velocity& velocity) {
+    const double turn = velocity.w.norm();
+    return turn > 0.0 ? turn * props.bounding_radius : 0.0;
+}
+
 /// J^-1 in the world frame [1/(kg m^2)].
 inline Mat3 inverse_inertia_world(const BodyProps& props, const Quat& orientation) {
     if (props.inertia_kind == InertiaKind::spherical) {

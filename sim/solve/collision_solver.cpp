@@ -50,12 +50,6 @@ Approach approach_of(const Bodies& bodies, const PairContacts& pair, const Conta
     return {now, is_apart || approach <= pass.threshold ? 0.0 : approach};
 }
 
-/// No point of the body moves faster [m/s].
-double fastest_point(const BodyProps& props, const Velocity& velocity) {
-    const double turn = velocity.w.norm();
-    return velocity.v.norm() + (turn > 0.0 ? turn * props.bounding_radius : 0.0);
-}
-
 /// Does a contact of the pair collide?
 bool collides(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
     return std::ranges::any_of(pair.manifold.contacts, [&](const Contact& contact) {
@@ -83,7 +77,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     if (pass == 0) {
         fastest_.resize(velocity.size());
         for (std::size_t i = 0; i < velocity.size(); ++i) {
-            fastest_[i] = fastest_point(bodies.props[i], velocity[i]);
+            fastest_[i] = velocity[i].v.norm() + rim_speed(bodies.props[i], velocity[i]);
         }
         near_.clear();
         for (std::size_t k = 0; k < pairs.size(); ++k) {

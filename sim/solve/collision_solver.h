@@ -84,7 +84,7 @@ private:
     std::vector<Velocity> plastic_; ///< [body_count] memory of keep_energy()
     std::vector<int> near_;         ///< pairs that may collide within this instant
     std::vector<char> collides_;    ///< [near_] in this pass, or is held in it
-    std::vector<double> fastest_;   ///< [body_count] fastest_point() as the first pass begins
+    std::vector<double> fastest_;   ///< [m/s, body_count] no point of it moves faster as the first pass begins
     std::vector<char> is_changed_;  ///< [body_count] by the last pass, then by this one
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     std::vector<Velocity> kinematic_; ///< kinematic_velocity(); empty where there are none

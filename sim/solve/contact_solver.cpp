@@ -13,9 +13,10 @@ namespace sim {
 namespace {
 
 /// Share [-] of the tolerance that each of these may leave: a change that ends the sweeps (over h; or the velocity tolerance,
-/// whichever is smaller); the gap errors of one linear solve before it is repeated at the predicted poses; and a gap as it
-/// is, for closing it would need a velocity, which the next step has to take away again, and no tower rests on such. Where a
-/// linear solve leaves more than the tolerance, this share of the change that ended its sweeps ends those of the next one.
+/// whichever is smaller; more than it over h is visited again where sweeps go on); the gap errors of one linear solve before it
+/// is repeated at the predicted poses; and a gap as it is, for closing it would need a velocity, which the next step has to take
+/// away again, and no tower rests on such. Where a linear solve leaves more than the tolerance, this share of the change that
+/// ended its sweeps ends those of the next one.
 constexpr double left_share = 0.5;
 
 /// Share [-] of the impulses at t0 that acts before it, when the velocities were last exact `last_interval`
@@ -135,7 +136,7 @@ int ContactSolver::iterate(int budget, double part, bool& converged) {
     for (converged = false; count < budget && !converged; ++count) {
         const double missing = has_joints ? joints_.solve(to_.velocity) : 0.0;
         const double skip = skip_share * std::min(tolerance, last);
-        last = contacts_.loop.sweep(to_.velocity, skip, tolerance, left_share * settings_.tolerance / rules_.h);
+        last = contacts_.loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h);
         if (enough_ == 0.0) {
             enough_ = std::min(tolerance, std::max(solved_share * last, settled_change));
         }

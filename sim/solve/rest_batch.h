@@ -20,7 +20,7 @@ struct RestBlock {
     Lanes load; ///< [N s] that the force of the last step would give in this interval; once stored, how much of p_n is a force
     unsigned edges = 0; ///< bit l: one of its points is of crossing edges
     unsigned plain = 0; ///< bit l: all points but those of crossing edges are fixed to one body, at a face of the other: measured in lanes
-    unsigned fresh = 0; ///< bit l: none of its points bore a load in the last interval, and it approaches, or did before a collision
+    unsigned fresh = 0; ///< bit l: no point of it bore a load in the last interval; it approaches, or a collision reaches it
     unsigned grows = 0; ///< bit l: its impulses exceed by far what its force of the last step, or a weight, would give
     unsigned hit = 0;   ///< bit l: an impact loads it; then, an impact reaches a body of it
     bool is_certain = true; ///< none of the impulses that the solve starts from is uncertain

@@ -93,7 +93,7 @@ void Candidates::find_reach() {
     for (std::size_t i = 0; i < count_; ++i) {
         const BodyProps& props = bodies_.props[i];
         const Velocity& velocity = bodies_.velocity[i];
-        rim_speed_[i] = props.is_fixed() ? 0.0 : velocity.w.norm() * props.bounding_radius;
+        rim_speed_[i] = rim_speed(props, velocity);
         const double spin = props.is_fixed() ? 0.0 : spin_growth(props) * rim_speed_[i];
         reach_[i] = h_ * ((velocity.v - frame_).norm() + spin + fall_);
     }

@@ -168,9 +168,9 @@ void print_scenes() {
 
 } // namespace
 
-int main(int argc, char** argv) {
-    const std::string out = argc > 1 ? argv[1] : "out/bench";
-    const int steps = argc > 2 ? std::stoi(argv[2]) : 1300;
+int main() {
+    const std::string out = "out/bench";
+    constexpr int steps = 1300;
     std::string csv =
         "bodies,ms_per_step,ms_per_step_of_fall,contacts,sweeps,us_per_contact,bytes_per_body,bytes_per_contact\n";
     std::puts("| bodies | ms/step | in free fall | contacts | sweeps | us a contact beyond that | bytes a body | "

@@ -35,13 +35,12 @@ bool judge_film(const std::string& film, int every, std::optional<double> shorte
     });
     const std::string name = fmt::format("film {}, {} s{}", film, duration, settings.empty() ? "" : ", " + settings.front());
     const double h = scene.step.time_step.value();
-    const double allowed = scene.step.tolerance;
-    record({name, fmt::format("overlap, {} steps looked at [m]", looks), h, overlap, allowed});
-    record({name, "overlap, every step, by the run itself [m]", h, own, allowed});
+    record({name, fmt::format("overlap, {} steps looked at [m]", looks), h, overlap, scene.step.tolerance});
+    record({name, "overlap, every step, by the run itself [m]", h, own, scene.step.tolerance});
     record({name, "steps not converged", h, static_cast<double>(unconverged), may_jam ? no_value : 0.0});
     // The check of hulls and rods rounds, or searches, to 1e-9 m.
-    EXPECT_LE(overlap, allowed + 1e-9) << name;
-    EXPECT_LE(own, allowed) << name;
+    EXPECT_LE(overlap, scene.step.tolerance + 1e-9) << name;
+    EXPECT_LE(own, scene.step.tolerance) << name;
     EXPECT_TRUE(may_jam || unconverged == 0) << name << ": " << unconverged;
     return unconverged == 0;
 }
