@@ -194,13 +194,13 @@ LANES_INLINE void scale(const RestWork& work, const BlockBatch& batch, const Res
     }
 }
 
-/// What overlaps stays as deep as it is.
+/// What overlaps stays as deep as it is, or comes within the tolerance.
 LANES_INLINE void yield(const RestWork& work, BlockBatch& batch, BatchPoint* points, RestPoint* rest) {
     const double per_h = 1.0 / work.rules->h;
     Mask yields = nowhere();
     for (int k = 0; k < batch.count; ++k) {
         const Real asked = load(rest[k].gap_target);
-        const Real left = min(asked, load(points[k].gap));
+        const Real left = min(asked, max(load(points[k].gap), real(-work.rules->tolerance)));
         const Mask changes = lanes_of(points[k].there) & (left < asked);
         const Real target = load(points[k].u_n_target);
         store(points[k].u_n_target, select(changes, target + (left - asked) * per_h, target));

@@ -42,7 +42,7 @@ public:
     /// Keeps so much [-] of it.
     void scale_uncertain(double kept);
 
-    /// What overlaps is no longer asked to part.
+    /// What overlaps is asked to part to the tolerance only.
     void yield();
 
     /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.

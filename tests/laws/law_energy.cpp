@@ -131,6 +131,39 @@ TEST(law_energy, a_step_whose_work_is_spent_is_made_good) {
     EXPECT_LT(gain, 1e-3);
 }
 
+/// A column that is too long for its room: asked to part, what overlaps would push ever harder, and be thrown as it finds a way.
+TEST(law_energy, a_column_wedged_between_floor_and_ceiling_stays_as_it_is) {
+    for (const auto& [count, overlap] : {std::pair{4, 8e-5}, std::pair{4, 9e-5}, std::pair{20, 8e-5}}) {
+        sim::SceneDef scene;
+        const sim::MaterialDef surface = material(0.0, 0.5);
+        add_plane(scene, Quat::Identity(), surface);
+        add_plane(scene, Quat(Eigen::AngleAxisd(pi, Vec3::UnitX())), surface);
+        scene.bodies[1].pose.position.z() = count - (count + 1) * overlap;
+        for (int i = 0; i < count; ++i) {
+            add_box(scene, Vec3::Constant(0.5), {Vec3(0, 0, i + 0.5 - (i + 1) * overlap), Quat::Identity()}, surface);
+        }
+        sim::World world(scene);
+        double gain = 0.0, speed = 0.0, deepest = 0.0;
+        int most_sweeps = 0;
+        run(world, scene, 0.3, [&](const sim::Snapshot& snapshot, const sim::StepReport& report) {
+            gain = std::max(gain, report.energy_gain);
+            deepest = std::max(deepest, report.max_penetration);
+            most_sweeps = std::max(most_sweeps, report.contact_iterations);
+            for (const sim::BodySnapshot& body : snapshot.bodies) {
+                speed = std::max(speed, body.velocity.norm());
+            }
+            return true;
+        });
+        const std::string name = fmt::format("{} cubes, {} m too long each", count, overlap);
+        record({name, "sweeps of a step [-]", 1e-3, static_cast<double>(most_sweeps), 60.0});
+        record({name, "speed [m/s]", 1e-3, speed, 0.01});
+        EXPECT_LE(most_sweeps, 60) << name;
+        EXPECT_LE(speed, 0.01) << name;
+        EXPECT_EQ(gain, 0.0) << name;
+        EXPECT_LE(deepest, scene.step.tolerance) << name;
+    }
+}
+
 /// Steps eight times too long for the tolerance, in many of which the work does not suffice.
 TEST(law_energy, DISABLED_a_jam_in_long_steps_gains_none) {
     for (int seed = 1; seed <= 3; ++seed) {
