@@ -34,6 +34,8 @@ struct alignas(64) BodyRows {
 
 /// Point k of each block of a batch. Lanes with fewer points hold one that is never loaded.
 struct BatchPoint {
+    BatchPoint() {} // Blocks::fill_batch() writes all that is read: zeros of a whole heap take time, too
+
     Lanes x, y;          ///< [m] in the contact plane, from the block's centre, along t_1 and t_2
     Lanes gap;           ///< [m] as the interval begins
     Lanes height;        ///< [m] of the point on a along n, from the block's centre on a
@@ -41,26 +43,28 @@ struct BatchPoint {
     Lanes u_t_target[2]; ///< of a sticking contact [m/s]
     Lanes p_n;           ///< sum of the normal impulses [N s]
     Lanes p_t[2];        ///< sum of the friction impulses [N s]
-    unsigned there = 0;  ///< bit l: lane l has this point
+    unsigned there;      ///< bit l: lane l has this point
     // Of resting contacts; here, as a row of 64 bytes has room for them.
-    unsigned edges = 0;   ///< bit l: crossing edges touch there
-    unsigned ahead = 0;   ///< bit l: speculative, placed before its impact
-    unsigned closing = 0; ///< bit l: an impact: without impulses its gap would close in this interval
+    unsigned edges;   ///< bit l: crossing edges touch there
+    unsigned ahead;   ///< bit l: speculative, placed before its impact
+    unsigned closing; ///< bit l: an impact: without impulses its gap would close in this interval
 };
 
 /// Eight blocks in lanes. The frame of a block: t_1, t_2, n at the mean contact point, in the plane of the contact that
 /// touches first.
 struct BlockBatch {
+    BlockBatch() {} // as with BatchPoint
+
     int a[lane_count];     ///< body of each lane
     int b[lane_count];
     int block[lane_count]; ///< index of its block; -1: an empty lane
-    int first = 0;         ///< index of its first BatchPoint
-    int count = 0;         ///< [-] points of a lane: 1, 2, 4, 6 or block_size
-    unsigned moves_a = 0;  ///< bit l: body a of lane l is not static
-    unsigned moves_b = 0;
-    unsigned face_of_a = 0; ///< bit l: a face of a against points of b
-    unsigned sticking = 0;  ///< bit l: the mark of eq. 6
-    bool has_friction = false;
+    int first;             ///< index of its first BatchPoint
+    int count;             ///< [-] points of a lane: 1, 2, 4, 6 or block_size
+    unsigned moves_a;      ///< bit l: body a of lane l is not static
+    unsigned moves_b;
+    unsigned face_of_a;    ///< bit l: a face of a against points of b
+    unsigned sticking;     ///< bit l: the mark of eq. 6
+    bool has_friction;
     Lanes t1[3];       ///< t_2 is n x t_1
     Lanes n[3];
     Lanes r_a[3];      ///< middle of the contacts on a from its centre of mass [m]

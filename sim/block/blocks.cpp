@@ -137,48 +137,56 @@ std::size_t block_count(std::span<const Contact* const> contacts) {
     return count_blocks(contacts);
 }
 
-void Blocks::clear() {
-    blocks.clear();
-    contacts.clear();
-    batches.clear();
-    points.clear();
+void Blocks::clear(std::size_t block_count, std::size_t contact_count) {
+    grow(blocks, block_count);
+    grow(contacts, contact_count);
+    places_.clear();
+    parts_.clear();
     colours_.clear();
 }
 
-void Blocks::split(std::size_t place, std::size_t first, std::size_t last, const Block& like) {
-    std::span<const Contact* const> left = std::span(contacts).subspan(first, last - first);
-    for (; !left.empty(); ++place) {
-        const std::size_t length = block_length(left);
-        blocks[place] = like;
-        blocks[place].first = static_cast<int>(last - left.size());
-        blocks[place].count = static_cast<int>(length);
-        left = left.subspan(length);
+void Blocks::split(std::span<Block> places, std::size_t first, std::size_t last, const Block& like) {
+    for (Block& block : places) {
+        const std::span<const Contact* const> left = std::span(contacts).subspan(first, last - first);
+        const std::size_t length = &block == &places.back() ? left.size() : block_length(left);
+        block = like;
+        block.first = static_cast<int>(first);
+        block.count = static_cast<int>(length);
+        first += length;
     }
+}
+
+void Blocks::add(std::size_t first, const Block& like) {
+    const std::size_t place = blocks.size();
+    blocks.resize(place + block_count(std::span<const Contact* const>(contacts).subspan(first)));
+    split(std::span(blocks).subspan(place), first, contacts.size(), like);
 }
 
 /// Rows and colours of the bodies of the blocks from `first_block` on.
 void Blocks::reset_bodies(const Bodies& bodies, std::size_t first_block) {
-    const std::size_t count = bodies.props.size();
-    used_.resize(count);
-    rows_.resize(count);
-    for (std::size_t i = first_block; i < blocks.size(); ++i) {
-        for (const int body : {blocks[i].a, blocks[i].b}) {
-            used_[static_cast<std::size_t>(body)] = ~std::uint64_t{0};
+    used_.resize(bodies.props.size());
+    rows_.resize(bodies.props.size());
+    const auto own = std::span(blocks).subspan(first_block);
+    for (const Block& block : own) {
+        used_[static_cast<std::size_t>(block.a)] = used_[static_cast<std::size_t>(block.b)] = ~std::uint64_t{0};
+    }
+    members_.clear();
+    for (const Block& block : own) {
+        for (const int body : {block.a, block.b}) {
+            const auto k = static_cast<std::size_t>(body);
+            if (std::exchange(used_[k], 0) != 0) {
+                members_.push_back(k);
+            }
         }
     }
-    for (std::size_t i = first_block; i < blocks.size(); ++i) {
-        for (const int body : {blocks[i].a, blocks[i].b}) {
-            const auto k = static_cast<std::size_t>(body);
-            if (used_[k] == 0) {
-                continue;
-            }
-            used_[k] = 0;
+    share(members_.size(), [&](std::size_t first, std::size_t last) {
+        for (const std::size_t k : std::span(members_).subspan(first, last - first)) {
             const Vec3& x = bodies.pose[k].position;
             const Mat3& j = bodies.inverse_inertia[k];
             rows_[k] = {{bodies.props[k].inverse_mass, j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2), j(2, 2), 0.0, x.x(), x.y(),
                          x.z()}};
         }
-    }
+    });
 }
 
 /// Graph colouring: no two blocks of a colour move the same body; each takes the first colour free, and a colour of its own where
@@ -206,70 +214,52 @@ std::vector<Blocks::Place> Blocks::coloured(const Bodies& bodies, std::size_t fi
     return sorted_by(places, [](const Place& p) { return 16 * p.colour + p.count; });
 }
 
-/// The end of the batch that begins with the first of these places.
-std::size_t Blocks::end_of_batch(const std::vector<Place>& places, std::size_t first) {
-    std::size_t end = first;
-    while (end < places.size() && end - first < lane_count && places[end].colour == places[first].colour &&
-           places[end].count == places[first].count) {
-        ++end;
-    }
-    return end;
-}
-
-/// Fills batches with blocks of one colour and like size; those of a colour in an order that gives threads equal shares of
-/// large and small ones.
-void Blocks::make_batches(const std::vector<Place>& places) {
-    struct Run {
-        std::size_t first;
-        std::size_t lanes;
-    };
-    std::vector<Run> of_colour;
-    std::size_t point_count = points.size();
-    std::size_t batch_count = batches.size();
-    for (std::size_t first = 0; first < places.size(); first = end_of_batch(places, first)) {
-        ++batch_count;
-    }
-    make_room(batches, batch_count);
-    const auto add_batch = [&](const Run& run) {
-        BlockBatch& batch = batches.emplace_back();
-        batch.count = places[run.first].count;
-        batch.first = static_cast<int>(point_count);
-        point_count += static_cast<std::size_t>(batch.count);
-        for (std::size_t lane = 0; lane < lane_count; ++lane) {
-            batch.block[lane] = lane < run.lanes ? places[run.first + lane].block : -1;
-            if (lane < run.lanes) {
-                blocks[static_cast<std::size_t>(batch.block[lane])].lane =
-                    static_cast<int>(lane_count * (batches.size() - 1) + lane);
-            }
-        }
-    };
-    for (std::size_t first = 0; first < places.size();) {
+/// Batches of blocks of one colour and like size; those of a colour in an order that gives threads equal shares of
+/// large and small ones. places: of the blocks, as coloured() has them; they become the last of places_.
+void Blocks::make_parts(std::span<const Place> places) {
+    std::size_t point_count = parts_.empty() ? 0 : parts_.back().first_point + static_cast<std::size_t>(parts_.back().count);
+    const std::size_t before = places_.size();
+    places_.insert(places_.end(), places.begin(), places.end());
+    std::vector<Part> of_colour;
+    for (std::size_t first = before; first < places_.size();) {
         of_colour.clear();
-        const int colour = places[first].colour;
-        while (first < places.size() && places[first].colour == colour) {
-            const std::size_t begin = first;
-            first = end_of_batch(places, begin);
-            of_colour.push_back({begin, first - begin});
+        const int colour = places_[first].colour;
+        while (first < places_.size() && places_[first].colour == colour) {
+            Part part{.first_place = first, .count = places_[first].count};
+            for (; part.lanes < lane_count && first < places_.size() && places_[first].colour == colour &&
+                   places_[first].count == part.count;
+                 ++first) {
+                ++part.lanes;
+            }
+            of_colour.push_back(part);
         }
         for (std::size_t share = 0; share < Workers::most_ranges; ++share) {
             for (std::size_t i = share; i < of_colour.size(); i += Workers::most_ranges) {
-                add_batch(of_colour[i]);
+                of_colour[i].first_point = point_count;
+                point_count += static_cast<std::size_t>(of_colour[i].count);
+                parts_.push_back(of_colour[i]);
             }
         }
-        colours_.push_back(batches.size());
+        colours_.push_back(parts_.size());
     }
+    grow(batches, parts_.size());
     grow(points, point_count);
 }
 
-void Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
+std::size_t Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
+    const std::size_t first_batch = parts_.size();
     islands_.clear();
     reset_bodies(bodies, first_block);
-    make_batches(coloured(bodies, first_block));
+    make_parts(coloured(bodies, first_block));
+    return first_batch;
+}
+
+std::span<const Blocks::Place> Blocks::places_in(std::size_t i) const {
+    return std::span(places_).subspan(parts_[i].first_place, parts_[i].lanes);
 }
 
 void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {
-    const std::size_t first_batch = batches.size();
-    lay_out(bodies, first_block);
+    const std::size_t first_batch = lay_out(bodies, first_block);
     share(batches.size() - first_batch, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first_batch + first; i < first_batch + last; ++i) {
             fill_batch(i, bodies, velocity);
@@ -281,6 +271,14 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
     static const Contact nowhere;
     const double* at[block_size * lane_count];
     BlockBatch& batch = batches[i];
+    batch.first = static_cast<int>(parts_[i].first_point);
+    batch.count = parts_[i].count;
+    std::fill_n(batch.block, lane_count, -1);
+    std::size_t next = 0;
+    for (const Place& place : places_in(i)) {
+        blocks[static_cast<std::size_t>(place.block)].lane = static_cast<int>(lane_count * i + next);
+        batch.block[next++] = place.block;
+    }
     const std::span<BatchPoint> own = points_of(batch);
     for (BatchPoint& point : own) {
         point.there = 0;

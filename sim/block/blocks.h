@@ -144,7 +144,8 @@ public:
     std::vector<BatchPoint> points; ///< of the batches
     Workers* workers = nullptr;     ///< share what is done block by block; null: this thread does all
 
-    void clear();
+    /// Room for so many blocks and contacts, which are to be written; no batches.
+    void clear(std::size_t block_count = 0, std::size_t contact_count = 0);
     bool empty() const { return blocks.empty(); }
     std::span<const Contact* const> contacts_of(const Block& block) const {
         return std::span(contacts).subspan(static_cast<std::size_t>(block.first), static_cast<std::size_t>(block.count));
@@ -160,13 +161,24 @@ public:
         return std::span(points).subspan(static_cast<std::size_t>(batch.first), static_cast<std::size_t>(batch.count));
     }
 
-    /// Writes the blocks of a pair whose contacts are contacts[first] to contacts[last - 1], from blocks[place] on, which
-    /// are there already. like: bodies, pair and friction.
-    void split(std::size_t place, std::size_t first, std::size_t last, const Block& like);
+    /// Writes the blocks of a pair whose contacts are contacts[first] to contacts[last - 1], block_count() of them, to `places`
+    /// of blocks. like: bodies, pair and friction.
+    void split(std::span<Block> places, std::size_t first, std::size_t last, const Block& like);
+    /// Adds them; its contacts are those from `first` on.
+    void add(std::size_t first, const Block& like);
 
-    /// Makes batches of the blocks from `first_block` on, which are to be filled.
-    void lay_out(const Bodies& bodies, std::size_t first_block);
-    /// Puts into batch i what does not change while it is iterated; impulses are zero, targets unset. velocity: before any
+    /// Where a block goes, by its colour and the points of its lane.
+    struct Place {
+        int colour;
+        int count;
+        int block;
+    };
+
+    /// Room for batches of the blocks from `first_block` on, which are to be filled; returns the first of them.
+    std::size_t lay_out(const Bodies& bodies, std::size_t first_block);
+    /// The blocks of batch i.
+    std::span<const Place> places_in(std::size_t i) const;
+    /// Puts into batch i its blocks, and what does not change while it is iterated; impulses are zero, targets unset. velocity: before any
     /// impulse of this solve.
     void fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity);
     /// Both.
@@ -218,15 +230,16 @@ public:
     Unsettled least_settled();
 
 private:
-    struct Place {
-        int colour;
-        int count;
-        int block;
+    /// A batch that is to be filled.
+    struct Part {
+        std::size_t first_place = 0; ///< of its blocks
+        std::size_t lanes = 0;       ///< that hold one
+        std::size_t first_point = 0;
+        int count = 0; ///< points of a lane
     };
     void reset_bodies(const Bodies& bodies, std::size_t first_block);
     std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
-    static std::size_t end_of_batch(const std::vector<Place>& places, std::size_t first);
-    void make_batches(const std::vector<Place>& places);
+    void make_parts(std::span<const Place> places);
     void extrapolate(std::span<Velocity> velocity);
     void visit_again(const BatchSweep& like, double large);
     void find_islands();
@@ -236,6 +249,9 @@ private:
     void save(Island& island, std::span<const Velocity> velocity) const;
     void restore(const Island& island, std::span<Velocity> velocity);
 
+    std::vector<Place> places_;
+    std::vector<Part> parts_;           ///< [batches]
+    std::vector<std::size_t> members_;  ///< memory of reset_bodies()
     std::vector<std::size_t> colours_; ///< ends of the ranges of batches of which no two move the same body
     std::vector<ExtrapolatedPoint> extrapolated_; ///< [points]
     std::vector<std::uint64_t> used_;   ///< [body_count] bit k: a block of colour k moves it

@@ -160,9 +160,7 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
         // Newton's law: it leaves with e times the speed of its approach.
         targets_.push_back({pair.material.restitution * approach.in_pass, approach.now});
     }
-    const std::size_t place = loop_.blocks.size();
-    loop_.blocks.resize(place + block_count(std::span<const Contact* const>(loop_.contacts).subspan(first)));
-    loop_.split(place, first, loop_.contacts.size(), block_like(pair, index));
+    loop_.add(first, block_like(pair, index));
 }
 
 int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {

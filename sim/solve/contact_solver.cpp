@@ -74,7 +74,6 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
         to_.add(joint.a);
         to_.add(joint.b);
     }
-    std::ranges::sort(to_.solved);
     to_.move_others(bodies, contacts_.loop.workers);
     contacts_.begin(bodies, pairs, settings, rules_, to_);
     is_guess_ = true;

@@ -28,6 +28,12 @@ void Prediction::add(int body) {
 }
 
 void Prediction::move_others(const Bodies& bodies, Workers* workers) {
+    solved.clear();
+    for (std::size_t i = 0; i < is_solved.size(); ++i) {
+        if (is_solved[i] != 0) {
+            solved.push_back(i);
+        }
+    }
     const auto move = [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             if (is_solved[i] == 0) {

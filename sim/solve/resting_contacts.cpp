@@ -26,7 +26,6 @@ void RestingContacts::begin(const Bodies& bodies, std::vector<PairContacts>& pai
     end_ = to.rows.data();
     has_two_coefficients_ = false;
     has_all_ = true;
-    loop.clear();
     take_all(bodies, pairs);
     sorted_blocks_ = loop.blocks.size();
     start(bodies, pairs, 0, to);
@@ -45,10 +44,8 @@ void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs
         has_all_ = has_all_ && taken.size() == pair.manifold.contacts.size();
         has_two_coefficients_ = has_two_coefficients_ || pair.material.mu_s != pair.material.mu_d;
         const std::size_t first = loop.contacts.size();
-        const std::size_t place = loop.blocks.size();
         loop.contacts.insert(loop.contacts.end(), taken.begin(), taken.end());
-        loop.blocks.resize(place + block_count(taken));
-        loop.split(place, first, loop.contacts.size(), block_like(pair, index));
+        loop.add(first, block_like(pair, index));
     }
     start(bodies, pairs, first_block, to);
     find_late_impacts(first_block, at_node);
@@ -120,12 +117,12 @@ void RestingContacts::take_all(const Bodies& bodies, const std::vector<PairConta
         end[i + 1].blocks += end[i].blocks;
         end[i + 1].contacts += end[i].contacts;
     }
-    grow(loop.blocks, end.back().blocks);
-    grow(loop.contacts, end.back().contacts);
+    loop.clear(end.back().blocks, end.back().contacts);
     loop.share(pairs.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             take(bodies, pairs[i], loop.contacts.data() + end[i].contacts);
-            loop.split(end[i].blocks, end[i].contacts, end[i + 1].contacts, block_like(pairs[i], static_cast<int>(i)));
+            loop.split(std::span(loop.blocks).subspan(end[i].blocks, end[i + 1].blocks - end[i].blocks), end[i].contacts,
+                       end[i + 1].contacts, block_like(pairs[i], static_cast<int>(i)));
         }
     });
 }
@@ -133,11 +130,7 @@ void RestingContacts::take_all(const Bodies& bodies, const std::vector<PairConta
 /// Batches of the blocks from `first_block` on, and what their contacts start from.
 void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block,
                             Prediction& to) {
-    if (first_block == loop.blocks.size()) {
-        return;
-    }
-    const std::size_t first_batch = loop.batches.size();
-    loop.lay_out(bodies, first_block);
+    const std::size_t first_batch = loop.lay_out(bodies, first_block);
     grow(rest_points, loop.points.size());
     grow(rest_blocks, loop.batches.size());
     const auto pair_of = [&](int block) -> PairContacts& {
@@ -145,8 +138,8 @@ void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pai
     };
     const auto start_some = [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            for (std::size_t lane = 0; lane < lane_count && i + 1 < last && loop.batches[i + 1].block[lane] >= 0; ++lane) {
-                prefetch(pair_of(loop.batches[i + 1].block[lane]));
+            for (const Blocks::Place& next : i + 1 < last ? loop.places_in(i + 1) : std::span<const Blocks::Place>()) {
+                prefetch(pair_of(next.block));
             }
             loop.fill_batch(i, bodies, bodies.velocity);
             start_batch(bodies, pairs, i, to.velocity);

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -143,21 +144,32 @@ void WorldState::move(StepReport& report) {
     const StageClock clock(report, Stage::integrate);
     const std::span<const Velocity> after_impulses = contact_solver.velocity();
     const std::span<const Pose> planned = contact_solver.predicted();
-    for (std::size_t i = 0; i < bodies.props.size(); ++i) {
-        if (bodies.props[i].is_static()) {
+    const auto is_finite = [&](std::size_t i) {
+        return std::isfinite(bodies.pose[i].position.sum() + bodies.pose[i].orientation.coeffs().sum() +
+                             bodies.velocity[i].v.sum() + bodies.velocity[i].w.sum());
+    };
+    std::atomic<bool> are_finite = true;
+    const auto move_some = [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            if (bodies.props[i].is_static()) {
+                continue;
+            }
+            bodies.velocity[i] = velocity_after(bodies.props[i], bodies.pose[i], planned[i], after_impulses[i],
+                                                interval * settings.gravity);
+            bodies.pose[i] = planned[i];
+            bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
+            if (!is_finite(i)) {
+                are_finite = false;
+            }
+        }
+    };
+    workers.run(bodies.props.size(), move_some, least_shared);
+    for (std::size_t i = 0; !are_finite; ++i) {
+        if (is_finite(i)) {
             continue;
         }
-        bodies.velocity[i] = velocity_after(bodies.props[i], bodies.pose[i], planned[i], after_impulses[i],
-                                            interval * settings.gravity);
-        bodies.pose[i] = planned[i];
-        const double sum = bodies.pose[i].position.sum() + bodies.pose[i].orientation.coeffs().sum() +
-                           bodies.velocity[i].v.sum() + bodies.velocity[i].w.sum();
-        if (!std::isfinite(sum)) {
-            throw Error(ExitCode::stopped,
-                        fmt::format("body '{}' has left the range of numbers in step {} (integrate)",
-                                    names[i], step_index));
-        }
-        bodies.inverse_inertia[i] = inverse_inertia_world(bodies.props[i], bodies.pose[i].orientation);
+        throw Error(ExitCode::stopped, fmt::format("body '{}' has left the range of numbers in step {} (integrate)",
+                                                   names[i], step_index));
     }
     search.candidates.move(interval);
     report.max_penetration = std::max(report.max_penetration, repair.verified_penetration);
@@ -245,8 +257,11 @@ void WorldState::restart(std::span<const char> touched) {
     const auto is_touched = [&](int a, int b) {
         return touched[static_cast<std::size_t>(a)] != 0 || touched[static_cast<std::size_t>(b)] != 0;
     };
-    for (PairContacts& pair : search.pairs) {
-        if (is_touched(pair.manifold.body_a, pair.manifold.body_b)) {
+    const auto restart_some = [&](std::size_t first, std::size_t last) {
+        for (PairContacts& pair : std::span(search.pairs).subspan(first, last - first)) {
+            if (!is_touched(pair.manifold.body_a, pair.manifold.body_b)) {
+                continue;
+            }
             for (Contact& contact : pair.manifold.contacts) {
                 contact.memory.last_interval = 0.0;
             }
@@ -254,7 +269,8 @@ void WorldState::restart(std::span<const char> touched) {
             pair.owed_moment.setZero();
             pair.is_struck = true;
         }
-    }
+    };
+    workers.run(search.pairs.size(), restart_some, least_shared);
     for (std::size_t i = 0; i < joints.size(); ++i) {
         if (is_touched(joints[i].a, joints[i].b)) {
             joints[i].memory.last_interval = 0.0;

@@ -151,9 +151,7 @@ void one_sweep(benchmark::State& state) {
         for (const sim::Contact& contact : own) {
             loop.contacts.push_back(&contact);
         }
-        const std::size_t place = loop.blocks.size();
-        loop.blocks.resize(place + sim::block_count(own));
-        loop.split(place, first, loop.contacts.size(), like);
+        loop.add(first, like);
     }
     loop.arrange(bodies, 0, bodies.velocity);
     std::vector<sim::Velocity> velocity = bodies.velocity;

@@ -30,8 +30,7 @@ struct Pair {
         like.a = 0;
         like.b = 1;
         like.mu_s = like.mu_d = mu;
-        loop.blocks.resize(block_count(loop.contacts));
-        loop.split(0, 0, contacts.size(), like);
+        loop.add(0, like);
         loop.arrange(bodies, 0, bodies.velocity);
     }
     /// One visit of all blocks; returns the largest change of a velocity [m/s].
@@ -309,8 +308,7 @@ TEST(blocks, a_new_block_begins_where_the_normal_changes) {
     Block like;
     like.a = 0;
     like.b = 1;
-    pair.loop.blocks.resize(2);
-    pair.loop.split(0, 0, 3, like);
+    pair.loop.add(0, like);
     pair.loop.arrange(pair.bodies, 0, pair.bodies.velocity);
     EXPECT_EQ(pair.loop.blocks[0].count, 2);
     EXPECT_EQ(pair.loop.blocks[1].first, 2);
