@@ -141,14 +141,14 @@ void Blocks::clear(std::size_t block_count, std::size_t contact_count) {
     grow(blocks, block_count);
     grow(contacts, contact_count);
     places_.clear();
-    parts_.clear();
+    planned_.clear();
     colours_.clear();
 }
 
-void Blocks::split(std::span<Block> places, std::size_t first, std::size_t last, const Block& like) {
-    for (Block& block : places) {
+void Blocks::split(std::span<Block> to, std::size_t first, std::size_t last, const Block& like) {
+    for (Block& block : to) {
         const std::span<const Contact* const> left = std::span(contacts).subspan(first, last - first);
-        const std::size_t length = &block == &places.back() ? left.size() : block_length(left);
+        const std::size_t length = &block == &to.back() ? left.size() : block_length(left);
         block = like;
         block.first = static_cast<int>(first);
         block.count = static_cast<int>(length);
@@ -216,46 +216,46 @@ std::vector<Blocks::Place> Blocks::coloured(const Bodies& bodies, std::size_t fi
 
 /// Batches of blocks of one colour and like size; those of a colour in an order that gives threads equal shares of
 /// large and small ones. places: of the blocks, as coloured() has them; they become the last of places_.
-void Blocks::make_parts(std::span<const Place> places) {
-    std::size_t point_count = parts_.empty() ? 0 : parts_.back().first_point + static_cast<std::size_t>(parts_.back().count);
+void Blocks::plan_batches(std::span<const Place> places) {
+    std::size_t point_count = planned_.empty() ? 0 : planned_.back().first_point + static_cast<std::size_t>(planned_.back().count);
     const std::size_t before = places_.size();
     places_.insert(places_.end(), places.begin(), places.end());
-    std::vector<Part> of_colour;
+    std::vector<PlannedBatch> of_colour;
     for (std::size_t first = before; first < places_.size();) {
         of_colour.clear();
         const int colour = places_[first].colour;
         while (first < places_.size() && places_[first].colour == colour) {
-            Part part{.first_place = first, .count = places_[first].count};
-            for (; part.lanes < lane_count && first < places_.size() && places_[first].colour == colour &&
-                   places_[first].count == part.count;
+            PlannedBatch batch{.first_place = first, .count = places_[first].count};
+            for (; batch.lanes < lane_count && first < places_.size() && places_[first].colour == colour &&
+                   places_[first].count == batch.count;
                  ++first) {
-                ++part.lanes;
+                ++batch.lanes;
             }
-            of_colour.push_back(part);
+            of_colour.push_back(batch);
         }
         for (std::size_t share = 0; share < Workers::most_ranges; ++share) {
             for (std::size_t i = share; i < of_colour.size(); i += Workers::most_ranges) {
                 of_colour[i].first_point = point_count;
                 point_count += static_cast<std::size_t>(of_colour[i].count);
-                parts_.push_back(of_colour[i]);
+                planned_.push_back(of_colour[i]);
             }
         }
-        colours_.push_back(parts_.size());
+        colours_.push_back(planned_.size());
     }
-    grow(batches, parts_.size());
+    grow(batches, planned_.size());
     grow(points, point_count);
 }
 
 std::size_t Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
-    const std::size_t first_batch = parts_.size();
+    const std::size_t first_batch = planned_.size();
     islands_.clear();
     reset_bodies(bodies, first_block);
-    make_parts(coloured(bodies, first_block));
+    plan_batches(coloured(bodies, first_block));
     return first_batch;
 }
 
 std::span<const Blocks::Place> Blocks::places_in(std::size_t i) const {
-    return std::span(places_).subspan(parts_[i].first_place, parts_[i].lanes);
+    return std::span(places_).subspan(planned_[i].first_place, planned_[i].lanes);
 }
 
 void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {
@@ -271,8 +271,8 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
     static const Contact nowhere;
     const double* at[block_size * lane_count];
     BlockBatch& batch = batches[i];
-    batch.first = static_cast<int>(parts_[i].first_point);
-    batch.count = parts_[i].count;
+    batch.first = static_cast<int>(planned_[i].first_point);
+    batch.count = planned_[i].count;
     std::fill_n(batch.block, lane_count, -1);
     std::size_t next = 0;
     for (const Place& place : places_in(i)) {

@@ -161,9 +161,9 @@ public:
         return std::span(points).subspan(static_cast<std::size_t>(batch.first), static_cast<std::size_t>(batch.count));
     }
 
-    /// Writes the blocks of a pair whose contacts are contacts[first] to contacts[last - 1], block_count() of them, to `places`
-    /// of blocks. like: bodies, pair and friction.
-    void split(std::span<Block> places, std::size_t first, std::size_t last, const Block& like);
+    /// Writes the blocks of a pair whose contacts are contacts[first] to contacts[last - 1], block_count() of them. to: a
+    /// range of `blocks`; like: bodies, pair and friction.
+    void split(std::span<Block> to, std::size_t first, std::size_t last, const Block& like);
     /// Adds them; its contacts are those from `first` on.
     void add(std::size_t first, const Block& like);
 
@@ -178,8 +178,8 @@ public:
     std::size_t lay_out(const Bodies& bodies, std::size_t first_block);
     /// The blocks of batch i.
     std::span<const Place> places_in(std::size_t i) const;
-    /// Puts into batch i its blocks, and what does not change while it is iterated; impulses are zero, targets unset. velocity: before any
-    /// impulse of this solve.
+    /// Puts into batch i its blocks, and what does not change while it is iterated; impulses are zero, targets unset. velocity:
+    /// before any impulse of this solve.
     void fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity);
     /// Both.
     void arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity);
@@ -231,7 +231,7 @@ public:
 
 private:
     /// A batch that is to be filled.
-    struct Part {
+    struct PlannedBatch {
         std::size_t first_place = 0; ///< of its blocks
         std::size_t lanes = 0;       ///< that hold one
         std::size_t first_point = 0;
@@ -239,7 +239,7 @@ private:
     };
     void reset_bodies(const Bodies& bodies, std::size_t first_block);
     std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
-    void make_parts(std::span<const Place> places);
+    void plan_batches(std::span<const Place> places);
     void extrapolate(std::span<Velocity> velocity);
     void visit_again(const BatchSweep& like, double large);
     void find_islands();
@@ -250,7 +250,7 @@ private:
     void restore(const Island& island, std::span<Velocity> velocity);
 
     std::vector<Place> places_;
-    std::vector<Part> parts_;           ///< [batches]
+    std::vector<PlannedBatch> planned_; ///< [batches]
     std::vector<std::size_t> members_;  ///< memory of reset_bodies()
     std::vector<std::size_t> colours_; ///< ends of the ranges of batches of which no two move the same body
     std::vector<ExtrapolatedPoint> extrapolated_; ///< [points]

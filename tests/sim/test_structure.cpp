@@ -290,6 +290,16 @@ TEST(structure, headers_of_libraries_stay_in_the_files_that_own_them) {
     }
 }
 
+/// A folder that a command left there would be committed with the next change.
+TEST(structure, nothing_lies_at_the_top_beside_what_the_project_consists_of) {
+    const std::set<std::string> project{"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "out", "render", "run",
+                                        "scenes", "shaders", "sim", "tests"};
+    for (const fs::directory_entry& entry : fs::directory_iterator(TUMBLE_SOURCE_DIR)) {
+        const std::string name = entry.path().filename();
+        EXPECT_TRUE(project.contains(name) || name.starts_with('.') || name.starts_with("build")) << name;
+    }
+}
+
 TEST(structure, table_of_constants_is_that_of_the_code) {
     const Values code = constants_of_code();
     EXPECT_GT(code.size(), 20u) << "nothing was searched";
