@@ -140,7 +140,7 @@ std::size_t block_count(std::span<const Contact* const> contacts) {
 void Blocks::clear(std::size_t block_count, std::size_t contact_count) {
     grow(blocks, block_count);
     grow(contacts, contact_count);
-    places_.clear();
+    order_.clear();
     planned_.clear();
     colours_.clear();
 }
@@ -215,20 +215,19 @@ std::vector<Blocks::Place> Blocks::coloured(const Bodies& bodies, std::size_t fi
 }
 
 /// Batches of blocks of one colour and like size; those of a colour in an order that gives threads equal shares of
-/// large and small ones. places: of the blocks, as coloured() has them; they become the last of places_.
+/// large and small ones. places: of the blocks, as coloured() has them.
 void Blocks::plan_batches(std::span<const Place> places) {
     std::size_t point_count = planned_.empty() ? 0 : planned_.back().first_point + static_cast<std::size_t>(planned_.back().count);
-    const std::size_t before = places_.size();
-    places_.insert(places_.end(), places.begin(), places.end());
+    make_room(order_, order_.size() + places.size());
     std::vector<PlannedBatch> of_colour;
-    for (std::size_t first = before; first < places_.size();) {
+    for (auto place = places.begin(); place != places.end();) {
         of_colour.clear();
-        const int colour = places_[first].colour;
-        while (first < places_.size() && places_[first].colour == colour) {
-            PlannedBatch batch{.first_place = first, .count = places_[first].count};
-            for (; batch.lanes < lane_count && first < places_.size() && places_[first].colour == colour &&
-                   places_[first].count == batch.count;
-                 ++first) {
+        const int colour = place->colour;
+        while (place != places.end() && place->colour == colour) {
+            PlannedBatch batch{.first = order_.size(), .count = place->count};
+            for (; place != places.end() && batch.lanes < lane_count && place->colour == colour && place->count == batch.count;
+                 ++place) {
+                order_.push_back(place->block);
                 ++batch.lanes;
             }
             of_colour.push_back(batch);
@@ -254,8 +253,8 @@ std::size_t Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
     return first_batch;
 }
 
-std::span<const Blocks::Place> Blocks::places_in(std::size_t i) const {
-    return std::span(places_).subspan(planned_[i].first_place, planned_[i].lanes);
+std::span<const int> Blocks::blocks_in(std::size_t i) const {
+    return std::span(order_).subspan(planned_[i].first, planned_[i].lanes);
 }
 
 void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {
@@ -275,9 +274,9 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
     batch.count = planned_[i].count;
     std::fill_n(batch.block, lane_count, -1);
     std::size_t next = 0;
-    for (const Place& place : places_in(i)) {
-        blocks[static_cast<std::size_t>(place.block)].lane = static_cast<int>(lane_count * i + next);
-        batch.block[next++] = place.block;
+    for (const int block : blocks_in(i)) {
+        blocks[static_cast<std::size_t>(block)].lane = static_cast<int>(lane_count * i + next);
+        batch.block[next++] = block;
     }
     const std::span<BatchPoint> own = points_of(batch);
     for (BatchPoint& point : own) {

@@ -167,17 +167,10 @@ public:
     /// Adds them; its contacts are those from `first` on.
     void add(std::size_t first, const Block& like);
 
-    /// Where a block goes, by its colour and the points of its lane.
-    struct Place {
-        int colour;
-        int count;
-        int block;
-    };
-
     /// Room for batches of the blocks from `first_block` on, which are to be filled; returns the first of them.
     std::size_t lay_out(const Bodies& bodies, std::size_t first_block);
-    /// The blocks of batch i.
-    std::span<const Place> places_in(std::size_t i) const;
+    /// Indices of the blocks of batch i.
+    std::span<const int> blocks_in(std::size_t i) const;
     /// Puts into batch i its blocks, and what does not change while it is iterated; impulses are zero, targets unset. velocity:
     /// before any impulse of this solve.
     void fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity);
@@ -230,9 +223,14 @@ public:
     Unsettled least_settled();
 
 private:
+    struct Place {
+        int colour;
+        int count;
+        int block;
+    };
     /// A batch that is to be filled.
     struct PlannedBatch {
-        std::size_t first_place = 0; ///< of its blocks
+        std::size_t first = 0;       ///< in order_, of its blocks
         std::size_t lanes = 0;       ///< that hold one
         std::size_t first_point = 0;
         int count = 0; ///< points of a lane
@@ -249,7 +247,7 @@ private:
     void save(Island& island, std::span<const Velocity> velocity) const;
     void restore(const Island& island, std::span<Velocity> velocity);
 
-    std::vector<Place> places_;
+    std::vector<int> order_;            ///< of the blocks in the batches
     std::vector<PlannedBatch> planned_; ///< [batches]
     std::vector<std::size_t> members_;  ///< memory of reset_bodies()
     std::vector<std::size_t> colours_; ///< ends of the ranges of batches of which no two move the same body

@@ -138,8 +138,8 @@ void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pai
     };
     const auto start_some = [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            for (const Blocks::Place& next : i + 1 < last ? loop.places_in(i + 1) : std::span<const Blocks::Place>()) {
-                prefetch(pair_of(next.block));
+            for (const int next : i + 1 < last ? loop.blocks_in(i + 1) : std::span<const int>()) {
+                prefetch(pair_of(next));
             }
             loop.fill_batch(i, bodies, bodies.velocity);
             start_batch(bodies, pairs, i, to.velocity);
