@@ -34,7 +34,7 @@ struct alignas(64) BodyRows {
 
 /// Point k of each block of a batch. Lanes with fewer points hold one that is never loaded.
 struct BatchPoint {
-    BatchPoint() {} // Blocks::fill_batch() writes all that is read: zeros of a whole heap take time, too
+    BatchPoint() {} // no zeros, which of a whole heap take time, too: Blocks::fill_batch() writes all members
 
     Lanes x, y;          ///< [m] in the contact plane, from the block's centre, along t_1 and t_2
     Lanes gap;           ///< [m] as the interval begins

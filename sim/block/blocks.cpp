@@ -140,6 +140,8 @@ std::size_t block_count(std::span<const Contact* const> contacts) {
 void Blocks::clear(std::size_t block_count, std::size_t contact_count) {
     grow(blocks, block_count);
     grow(contacts, contact_count);
+    batches.clear();
+    points.clear();
     order_.clear();
     planned_.clear();
     colours_.clear();
@@ -147,6 +149,7 @@ void Blocks::clear(std::size_t block_count, std::size_t contact_count) {
 
 void Blocks::split(std::span<Block> to, std::size_t first, std::size_t last, const Block& like) {
     for (Block& block : to) {
+        // The last one, of most pairs the only one, takes what is left: that is told without a look at its normals.
         const std::span<const Contact* const> left = std::span(contacts).subspan(first, last - first);
         const std::size_t length = &block == &to.back() ? left.size() : block_length(left);
         block = like;
@@ -217,7 +220,7 @@ std::vector<Blocks::Place> Blocks::coloured(const Bodies& bodies, std::size_t fi
 /// Batches of blocks of one colour and like size; those of a colour in an order that gives threads equal shares of
 /// large and small ones. places: of the blocks, as coloured() has them.
 void Blocks::plan_batches(std::span<const Place> places) {
-    std::size_t point_count = planned_.empty() ? 0 : planned_.back().first_point + static_cast<std::size_t>(planned_.back().count);
+    std::size_t point_count = points.size();
     make_room(order_, order_.size() + places.size());
     std::vector<PlannedBatch> of_colour;
     for (auto place = places.begin(); place != places.end();) {
@@ -246,7 +249,7 @@ void Blocks::plan_batches(std::span<const Place> places) {
 }
 
 std::size_t Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
-    const std::size_t first_batch = planned_.size();
+    const std::size_t first_batch = batches.size();
     islands_.clear();
     reset_bodies(bodies, first_block);
     plan_batches(coloured(bodies, first_block));
@@ -280,7 +283,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
     }
     const std::span<BatchPoint> own = points_of(batch);
     for (BatchPoint& point : own) {
-        point.there = 0;
+        point.there = point.edges = point.ahead = point.closing = 0;
     }
     batch.moves_a = batch.moves_b = batch.face_of_a = 0;
     batch.has_friction = false;

@@ -61,6 +61,7 @@ LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, 
     store3(batch.before, {before.u.x, before.u.y, before.w.z});
     batch.sticking = 0;
     store(batch.node_weight, real(1.0));
+    store(batch.change, zero);
     for (Lanes& seen : batch.seen) {
         store(seen, real(no_point));
     }

@@ -18,7 +18,7 @@ struct Prediction {
     /// have them.
     void begin(const Bodies& bodies, const Vec3& gravity_of_scene, double interval);
     void add(int body);
-    /// Once they are added: they ascend, and where the others move.
+    /// Once they are added: puts them in ascending order, and moves the others.
     void move_others(const Bodies& bodies, Workers* workers);
     /// Where solved bodies, whose velocities have changed, move now.
     void update(const Bodies& bodies, std::span<const std::size_t> changed, Workers* workers);

@@ -194,7 +194,7 @@ LANES_INLINE void scale(const RestWork& work, const BlockBatch& batch, const Res
     }
 }
 
-/// What overlaps stays as deep as it is, or comes within the tolerance.
+/// What overlaps is asked to part no further than to the tolerance; within it, it stays as it is.
 LANES_INLINE void yield(const RestWork& work, BlockBatch& batch, BatchPoint* points, RestPoint* rest) {
     const double per_h = 1.0 / work.rules->h;
     Mask yields = nowhere();

@@ -157,9 +157,6 @@ void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts
     const BlockBatch& batch = loop.batches[i];
     RestBlock& rest = rest_blocks[i];
     rest.plain = rest.edges = rest.hit = rest.fresh = 0;
-    for (BatchPoint& point : loop.points_of(batch)) {
-        point.edges = 0;
-    }
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
         if (batch.block[lane] >= 0) {
             const Block& block = loop.blocks[static_cast<std::size_t>(batch.block[lane])];

@@ -164,9 +164,10 @@ void WorldState::move(StepReport& report) {
         }
     };
     workers.run(bodies.props.size(), move_some, least_shared);
-    for (std::size_t i = 0; !are_finite; ++i) {
-        if (is_finite(i)) {
-            continue;
+    if (!are_finite) {
+        std::size_t i = 0;
+        while (is_finite(i)) {
+            ++i;
         }
         throw Error(ExitCode::stopped, fmt::format("body '{}' has left the range of numbers in step {} (integrate)",
                                                    names[i], step_index));

@@ -206,9 +206,14 @@ TEST(contact_solver, a_column_wedged_between_floor_and_ceiling_stays_as_it_is) {
     add_body(stack.bodies, make_props(Plane{}, 0.0),
              {Vec3(0, 0, 4.0 + 5.0 * gap), Quat(Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitX()))});
     stack.pair(3, 5);
+    // Beside it one that can part, and overlaps by more: it goes on to.
+    add_body(stack.bodies, make_props(Box{}, 1000.0), {Vec3(5.0, 0.0, 0.5 - 4e-4), Quat::Identity()});
+    stack.pair(4, 6);
+    stack.pairs.back().least_gap = -4e-4;
     stack.solve();
     EXPECT_TRUE(stack.report.converged);
     EXPECT_LE(stack.report.iterations, 60);
+    EXPECT_NEAR(stack.solver.predicted()[6].position.z(), 0.5 - 3e-4, 1e-6);
     for (int i = 0; i < 4; ++i) {
         EXPECT_LT(stack.solver.velocity()[static_cast<std::size_t>(i)].v.norm(), 0.1);
     }
