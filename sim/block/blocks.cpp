@@ -186,8 +186,9 @@ void Blocks::reset_bodies(const Bodies& bodies, std::size_t first_block) {
         for (const std::size_t k : std::span(members_).subspan(first, last - first)) {
             const Vec3& x = bodies.pose[k].position;
             const Mat3& j = bodies.inverse_inertia[k];
-            rows_[k] = {{bodies.props[k].inverse_mass, j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2), j(2, 2), 0.0, x.x(), x.y(),
-                         x.z()}};
+            const double row[] = {bodies.props[k].inverse_mass, j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2), j(2, 2), 0.0, x.x(),
+                                  x.y(), x.z()};
+            std::ranges::copy(row, rows_[k].x);
         }
     });
 }

@@ -23,8 +23,8 @@ enum class FeatureKind : std::uint8_t {
 
 /// The features that touch, in body frames: from them gap, normal and points follow at any pose.
 struct ContactFeature {
-    std::uint64_t id = 0; ///< of the features within their pair; the same from step to step
-    FeatureKind kind = FeatureKind::cores;
+    std::uint64_t id : 56 = 0; ///< of the features within their pair; the same from step to step
+    FeatureKind kind : 8 = FeatureKind::cores;
     double radius_a = 0.0;           ///< [m] of the ball around the core of a, or of the rim whose centre it is
     double radius_b = 0.0;           ///< [m]
     Vec3 core_a = Vec3::Zero();      ///< [m] body frame of a
@@ -60,13 +60,13 @@ struct ContactGeometry {
 
 /// What a contact hands to the next step, in the order that rest_kernel.cpp has; nothing where it has just been found.
 struct ContactMemory {
+    double energy_taken = 0.0;   ///< [J] taken away with approach_speed
     double p_n = 0.0;            ///< [N s]
     Vec3 p_t = Vec3::Zero();     ///< [N s], world
     double signed_interval = 0.0; ///< time those impulses stood for [s]; negative: it sticks (eq. 6)
     double force_share = 1.0;    ///< [-] of them that was a force; the rest answered an impact
     double last_interval = 0.0;  ///< [s] moved since; 0: they lack nothing (new, or after an impact)
     double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
-    double energy_taken = 0.0;   ///< [J] taken away with approach_speed
 
     double interval() const { return std::abs(signed_interval); }
     bool is_sticking() const { return signed_interval < 0.0; }
@@ -74,8 +74,11 @@ struct ContactMemory {
     double owed() const { return signed_interval != 0.0 ? force_share * 0.5 * last_interval / interval() : 0.0; }
 };
 
-/// A contact: its geometry at the poses the narrow phase was given, what it remembers, and the features it is of.
-struct Contact {
+/// A contact: its geometry at the poses the narrow phase was given, what it remembers, and the features it is of. In rows of 64
+/// bytes: the first for the geometry, the second for what is remembered from p_n on.
+struct alignas(64) Contact {
+    Contact() {} // no zeros before what its members begin with
+
     ContactGeometry at;
     ContactMemory memory;
     ContactFeature feature;

@@ -104,7 +104,9 @@ struct Collector {
         const ContactGeometry at = contact_geometry(feature, a, b);
         separation = std::min(separation, at.gap);
         if (contacts != nullptr && at.gap <= margin) {
-            contacts->push_back({at, {}, feature});
+            Contact& contact = contacts->emplace_back();
+            contact.at = at;
+            contact.feature = feature;
         }
     }
 };

@@ -6,6 +6,8 @@ namespace sim {
 
 /// Contacts of a pair, with what the last step remembered of them.
 struct PairContacts {
+    PairContacts() {} // as with Contact
+
     Manifold manifold;
     std::size_t blocks = 0;            ///< that its contacts make; see block_count()
     PairMaterial material;

@@ -49,10 +49,10 @@ void Prediction::update(const Bodies& bodies, std::span<const std::size_t> chang
         for (std::size_t k = first; k < last; ++k) {
             const std::size_t i = changed[k];
             pose[i] = free_motion(bodies.props[i], bodies.pose[i], velocity[i], gravity, h);
-            const Mat3 turn = (pose[i].orientation * bodies.pose[i].orientation.conjugate()).toRotationMatrix();
-            const Vec3& position = pose[i].position;
-            rows[i] = {{turn(0, 0), turn(0, 1), turn(0, 2), turn(1, 0), turn(1, 1), turn(1, 2), turn(2, 0), turn(2, 1),
-                        turn(2, 2), position.x(), position.y(), position.z()}};
+            Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> turn(rows[i].x);
+            Eigen::Map<Vec3> position(rows[i].x + turn.size());
+            turn = (pose[i].orientation * bodies.pose[i].orientation.conjugate()).toRotationMatrix();
+            position = pose[i].position;
         }
     };
     share(workers, changed.size(), move, least_shared);
