@@ -60,13 +60,13 @@ struct ContactGeometry {
 
 /// What a contact hands to the next step, in the order that rest_kernel.cpp has; nothing where it has just been found.
 struct ContactMemory {
-    double energy_taken = 0.0;   ///< [J] taken away with approach_speed
     double p_n = 0.0;            ///< [N s]
     Vec3 p_t = Vec3::Zero();     ///< [N s], world
     double signed_interval = 0.0; ///< time those impulses stood for [s]; negative: it sticks (eq. 6)
     double force_share = 1.0;    ///< [-] of them that was a force; the rest answered an impact
     double last_interval = 0.0;  ///< [s] moved since; 0: they lack nothing (new, or after an impact)
     double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
+    double energy_taken = 0.0;   ///< [J] taken away with approach_speed
 
     double interval() const { return std::abs(signed_interval); }
     bool is_sticking() const { return signed_interval < 0.0; }
@@ -74,10 +74,9 @@ struct ContactMemory {
     double owed() const { return signed_interval != 0.0 ? force_share * 0.5 * last_interval / interval() : 0.0; }
 };
 
-/// A contact: its geometry at the poses the narrow phase was given, what it remembers, and the features it is of. In rows of 64
-/// bytes: the first for the geometry, the second for what is remembered from p_n on.
-struct alignas(64) Contact {
-    Contact() {} // no zeros before what its members begin with
+/// A contact: its geometry at the poses the narrow phase was given, what it remembers, and the features it is of.
+struct Contact {
+    Contact() {} // no zeros before what its members begin with: there are many. No padding either, which checkpoints would hold
 
     ContactGeometry at;
     ContactMemory memory;

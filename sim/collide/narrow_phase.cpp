@@ -12,7 +12,7 @@
 namespace sim {
 namespace {
 
-/// Ids of contacts between part i of a and part j of b start at (i * parts + j) << 32.
+/// Ids of contacts between part i of a and part j of b start at (i * parts + j) << 32: that leaves 2^24 pairs of parts.
 constexpr int part_id_shift = 32;
 
 /// A ball in the world and where its centre sits in its body's frame.

@@ -413,7 +413,7 @@ LANES_INLINE void store_impulses(const RestWork& work, const BlockBatch& batch, 
         store(energy_taken, select(impact, taken, zero));
         for (int l = 0; l < lane_count; ++l) {
             if ((points[k].there >> l & 1u) != 0) {
-                work.memory[lane_count * k + l][-1] = energy_taken.x[l];
+                work.memory[lane_count * k + l][8] = energy_taken.x[l];
             }
         }
     }

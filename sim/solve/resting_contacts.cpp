@@ -9,7 +9,7 @@
 namespace sim {
 namespace {
 
-static_assert(offsetof(ContactMemory, energy_taken) == 0 && offsetof(ContactMemory, p_n) == sizeof(double) &&
+static_assert(offsetof(ContactMemory, p_n) == 0 && offsetof(ContactMemory, energy_taken) == 8 * sizeof(double) &&
                   sizeof(ContactMemory) == 9 * sizeof(double),
               "rest_kernel.cpp reads and writes them by their places");
 

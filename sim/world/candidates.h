@@ -19,6 +19,7 @@ struct Candidate {
     std::uint32_t slot = 0;  ///< where what is known of them lies, among pairs of boxes or among others
     bool are_boxes = false;  ///< each a single box, not a part of a compound
     bool is_new = true;      ///< nothing is known yet
+    bool is_near = false;    ///< they may touch within the step
 };
 static_assert(sizeof(Candidate) == 16);
 

@@ -60,7 +60,7 @@ void ContactSearch::find() {
                 if (first + i + 1 < last) {
                     prefetch(found[first + i + 1]);
                 }
-                find_contacts_of(*near[i], distances.margin_of(near_[first + i]), corners[i], contacts, found[first + i]);
+                find_contacts_of(*near[i], corners[i], contacts, found[first + i]);
             }
         }
     };
@@ -87,12 +87,13 @@ void ContactSearch::take_known(std::size_t first, std::size_t last, std::vector<
 }
 
 /// Contacts of one pair at the present poses; pair: what the last step remembers of it. corners: of boxes. contacts: memory.
-void ContactSearch::find_contacts_of(const Candidate& candidate, double margin, const FaceCorners& corners,
-                                     std::vector<Contact>& contacts, PairContacts& pair) {
+void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorners& corners, std::vector<Contact>& contacts,
+                                     PairContacts& pair) {
     const auto a = static_cast<std::size_t>(candidate.bodies.a);
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
     const Shape& shape_a = bodies_.props[a].shape;
     const Shape& shape_b = bodies_.props[b].shape;
+    const double margin = candidates.margin_of(candidate.bodies);
     contacts.clear();
     if (candidate.are_boxes) {
         distances.find_box_contacts(candidate, corners, margin, contacts);

@@ -32,7 +32,7 @@ public:
 
 private:
     void take_known(std::size_t first, std::size_t last, std::vector<PairContacts>& found);
-    void find_contacts_of(const Candidate& candidate, double margin, const FaceCorners& corners, std::vector<Contact>& contacts,
+    void find_contacts_of(const Candidate& candidate, const FaceCorners& corners, std::vector<Contact>& contacts,
                           PairContacts& pair);
 
     const Bodies& bodies_;

@@ -114,36 +114,31 @@ void PairDistances::look(const Candidate& candidate, std::span<const Pose> poses
     found.penetration = -found.distance;
 }
 
-/// How near a pair may be and still touch within the step [m]; negative where it is farther apart, at the present poses.
-double PairDistances::touching_margin(const Candidates& candidates, const Candidate& candidate) {
+/// Of a pair at the present poses: within the step?
+bool PairDistances::may_touch(const Candidates& candidates, const Candidate& candidate) {
     const BodyPair& pair = candidate.bodies;
     const double farthest = candidates.farthest(pair);
     const double apart = candidate.are_boxes ? axes_[candidate.slot].separation()
                                              : least_separation(candidate, bodies_.pose, farthest);
     // Most are farther than they can get, which is told without their velocities.
-    if (apart > farthest) {
-        return -1.0;
-    }
-    const double margin = candidates.margin_of(pair);
-    return apart > margin ? -1.0 : margin;
+    return !(apart > farthest) && !(apart > candidates.margin_of(pair));
 }
 
 std::span<const std::uint32_t> PairDistances::find_near(Candidates& candidates) {
     place(candidates, bodies_.pose,
           [&](std::size_t i) { return is_box_[i] != 0 && !is_same(looked_at_[i], bodies_.pose[i]); });
     const std::span<Candidate> all = candidates.all();
-    grow(margins_, all.size());
     const auto find = [&](std::size_t first, std::size_t last) {
         update_axes(all.subspan(first, last - first));
         for (std::size_t k = first; k < last; ++k) {
-            margins_[k] = touching_margin(candidates, all[k]);
+            all[k].is_near = may_touch(candidates, all[k]);
             all[k].is_new = false;
         }
     };
     workers_.run(all.size(), find, least_shared);
     near_.clear();
     for (std::size_t k = 0; k < all.size(); ++k) {
-        if (margins_[k] >= 0.0) {
+        if (all[k].is_near) {
             near_.push_back(static_cast<std::uint32_t>(k));
         }
     }

@@ -18,8 +18,6 @@ public:
 
     /// Indices of the candidates that may touch within the step, at the present poses.
     std::span<const std::uint32_t> find_near(Candidates& candidates);
-    /// Then, of one of them: see Candidates::margin_of().
-    double margin_of(std::uint32_t near) const { return margins_[near]; }
 
     /// Depths of penetration of the candidates at `planned` poses, exact where they exceed `enough` [m]. is_first: of this plan;
     /// later only pairs of bodies that moved since are looked at.
@@ -43,7 +41,7 @@ private:
     bool has_moved(const Candidate& candidate) const;
     void look(const Candidate& candidate, std::span<const Pose> poses);
     double least_separation(const Candidate& candidate, std::span<const Pose> poses, double enough);
-    double touching_margin(const Candidates& candidates, const Candidate& candidate);
+    bool may_touch(const Candidates& candidates, const Candidate& candidate);
 
     const Bodies& bodies_;
     Workers& workers_;
@@ -62,7 +60,6 @@ private:
         ContactFeature nearest;   ///< features along whose normal they were found so
     };
     std::vector<Separation> separations_; ///< [slots of others] by the last look
-    std::vector<double> margins_; ///< [candidates] by find_near(): touching_margin()
     std::vector<std::uint32_t> near_;
 };
 
