@@ -80,19 +80,15 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
     enough_ = 0.0;
 }
 
-/// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at -g.r / g.A g, where r
-/// is how much faster than their targets the contacts part with f alone (gaps of bodies that all of g may turn by a radian tell
-/// nothing), and g.A g twice the kinetic energy of what g changes. g is what is uncertain: impulses that
-/// answered an impact; all of them, from a shorter interval or an unconverged solve. All of it is taken where that is nearer
-/// than none.
-void ContactSolver::scale_guess(const Bodies& bodies, const GapMeasure& gaps) {
+/// Takes what is uncertain out of the guess: g, the impulses that answered an impact; all of them, from a shorter interval or an
+/// unconverged solve. The gaps are measured without it: those of bodies that all of g may turn by a radian tell nothing.
+void ContactSolver::take_uncertain() {
     change_.resize(to_.velocity.size());
     for (const std::size_t i : to_.solved) {
         change_[i] = {};
     }
     contacts_.apply_uncertain(change_);
     changed_.clear();
-    double energy = 0.0; // g.A g [J]
     for (const std::size_t i : to_.solved) {
         if (change_[i].v.isZero(0.0) && change_[i].w.isZero(0.0)) {
             continue;
@@ -100,20 +96,26 @@ void ContactSolver::scale_guess(const Bodies& bodies, const GapMeasure& gaps) {
         changed_.push_back(i);
         to_.velocity[i].v -= change_[i].v;
         to_.velocity[i].w -= change_[i].w;
-        energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
     }
-    to_.update(bodies, to_.solved, contacts_.loop.workers);
-    if (energy == 0.0) {
+}
+
+/// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at -g.r / g.A g, where r
+/// is how much faster than their targets the contacts part with f alone, and g.A g twice the kinetic energy of what g changes.
+/// All of it is given back where that is nearer than none. The targets stay those of f alone until the next measurement.
+void ContactSolver::give_uncertain(const Bodies& bodies) {
+    if (changed_.empty()) {
         return;
     }
-    gaps.measure();
-    const double best = std::clamp(-contacts_.uncertain_work(to_.velocity) / energy, 0.0, 1.0);
+    double energy = 0.0; // g.A g [J]
+    for (const std::size_t i : changed_) {
+        energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
+    }
+    const double best = energy > 0.0 ? std::clamp(-contacts_.uncertain_work(to_.velocity) / energy, 0.0, 1.0) : 1.0;
     const double share = best > 0.5 ? 1.0 : best;
     for (const std::size_t i : changed_) {
         to_.velocity[i].v += share * change_[i].v;
         to_.velocity[i].w += share * change_[i].w;
     }
-    to_.update(bodies, changed_, contacts_.loop.workers);
     contacts_.scale_uncertain(share);
 }
 
@@ -153,11 +155,11 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
                                         std::span<const Joint> joints) {
     ContactSolveReport report;
     const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
-    if (std::exchange(is_guess_, false)) {
-        scale_guess(bodies, gaps);
-    } else {
-        to_.update(bodies, to_.solved, contacts_.loop.workers);
+    const bool is_guess = std::exchange(is_guess_, false);
+    if (is_guess) {
+        take_uncertain();
     }
+    to_.update(bodies, to_.solved, contacts_.loop.workers);
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     double part = 1.0; // see iterate()
@@ -166,6 +168,9 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         report.residual = gaps.measure();
         report.joint_residual =
             joints_.empty() ? 0.0 : joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
+        if (outer == 0 && is_guess) {
+            give_uncertain(bodies);
+        }
         if (outer > 0 && report.residual <= left_share * gap_tolerance &&
             report.joint_residual <= joint_tolerance) {
             break;

@@ -81,7 +81,8 @@ private:
 
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
-    void scale_guess(const Bodies& bodies, const GapMeasure& gaps);
+    void take_uncertain();
+    void give_uncertain(const Bodies& bodies);
     int iterate(int budget, double part, bool& converged);
 
     StepSettings settings_;
@@ -93,7 +94,7 @@ private:
     Prediction to_;
     std::vector<Velocity> at_node_;    ///< see velocity_at_node()
     bool converged_ = true;            ///< the last solve
-    std::vector<Velocity> change_;     ///< [body_count] memory of scale_guess()
+    std::vector<Velocity> change_;     ///< [body_count] memory of take_uncertain()
     std::vector<std::size_t> changed_; ///< by it: bodies that the uncertain share moves
     bool is_guess_ = false;            ///< the impulses are those of the last interval
     double enough_ = 0.0;              ///< [m/s] change that ends the sweeps; 0 until the first one of the interval

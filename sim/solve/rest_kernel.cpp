@@ -77,7 +77,7 @@ LANES_INLINE Real share_beyond(const Real& force, const Real& sum) {
     return select(loaded, 1.0 - force / select(loaded, sum, real(1.0)), real(0.0));
 }
 
-/// Of the impulses that a solve starts from, the share [-] that is uncertain: see ContactSolver::scale_guess().
+/// Of the impulses that a solve starts from, the share [-] that is uncertain: see ContactSolver::take_uncertain().
 LANES_INLINE Real uncertain_share(const RestRules& rules, const BlockBatch& batch, const RestBlock& block,
                                   const BatchPoint* points) {
     return share_beyond(rules.is_stretched ? real(0.0) : load(block.load), load_on(batch, points));
