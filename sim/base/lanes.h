@@ -182,7 +182,11 @@ LANES_INLINE Real operator-(const Real& a) {
     return 0.0 - a;
 }
 LANES_INLINE Real abs(const Real& x) {
-    return max(x, -x);
+    Real r;
+    for (int i = 0; i < parts; ++i) {
+        r.p[i] = reinterpret_cast<Part>(reinterpret_cast<PartMask>(x.p[i]) & 0x7fffffffffffffffll); // all but the sign
+    }
+    return r;
 }
 LANES_INLINE Real sqrt(const Real& x) {
     Real r;

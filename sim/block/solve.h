@@ -59,11 +59,11 @@ struct Visit {
     }
     void solve_normals(Real slack);
     void iterate_normals(const Sym3& wn, Mask open, const Real* excess, Real* impulse) const;
-    void add_normals(const Sym3& wn, const Real* impulse);
+    void add_normals(const Sym3& wn, const Real3& held, const Real* impulse);
     void solve_friction();
-    Mask stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const;
+    Mask stop_slip(const Real3& held, Real sum, Real per_load, Real* new_1, Real* new_2) const;
     void slide(Mask slides, Real per_load, Real* new_1, Real* new_2) const;
-    void add_friction(const Real* new_1, const Real* new_2);
+    void add_friction(const Real3& held, const Real* new_1, const Real* new_2);
 };
 
 /// A symmetric 2x2 matrix.
@@ -72,52 +72,48 @@ struct Gram {
 };
 
 /// Directions (y, -x) in which the rows of a block's points spread about their centroid, and the inverse of their Gram matrix
-/// m there. Points that span a plane: the axes; points on a line: along it and across; one point: none.
+/// m there. Points that span a plane: the axes; points on a line: along it, of any length; one point: none.
 struct RowBasis {
     Mask spread, plane;
-    Real b11, b12, b21, b22; ///< columns: the directions
-    Real g11, g12, g22;      ///< of the directions that there are, else 0
+    Real d1, d2;        ///< the first direction; the second one is the second axis
+    Real g11, g12, g22; ///< of the directions that there are, else 0
 
     /// n: points [-] whose centroid is (cx, cy).
     LANES_INLINE RowBasis(Real n, Real cx, Real cy, const Gram& m) {
         const auto& [m11, m12, m22] = m;
         const Real trace = m11 + m22;
         const Real extent = n * (cx * cx + cy * cy) + trace;
-        spread = trace > (collinear * collinear) * extent;
-        plane = spread & ((m11 * m22 - m12 * m12) > collinear * (trace * trace));
-        const Mask line = spread & ~plane;
         const Real zero = real(0.0);
-        b11 = real(1.0);
-        b12 = zero;
-        Real per_line = zero;
+        const Real one = real(1.0);
+        spread = trace > (collinear * collinear) * extent;
+        const Real determinant = m11 * m22 - m12 * m12;
+        plane = spread & (determinant > collinear * (trace * trace));
+        const Mask line = spread & ~plane;
+        d1 = one;
+        d2 = zero;
+        Real along = one;  // square of a line's direction
+        Real square = one; // of the rows in that, summed up
         if (any(line)) {
             const Mask first_larger = m11 >= m22;
-            const Real d1 = select(first_larger, m11, m12);
-            const Real d2 = select(first_larger, m12, m22);
-            const Real unit = 1.0 / select(line, sqrt(d1 * d1 + d2 * d2), real(1.0));
-            b11 = select(line, d1 * unit, b11);
-            b12 = select(line, d2 * unit, zero);
-            const Real q11 = b11 * (m11 * b11 + m12 * b12) + b12 * (m12 * b11 + m22 * b12);
-            per_line = select(line, 1.0 / select(line, q11, real(1.0)), zero);
+            d1 = select(line, select(first_larger, m11, m12), one);
+            d2 = select(line, select(first_larger, m12, m22), zero);
+            along = d1 * d1 + d2 * d2;
+            square = select(line, d1 * (m11 * d1 + m12 * d2) + d2 * (m12 * d1 + m22 * d2), one);
         }
-        b21 = -b12;
-        b22 = b11;
-        const Real per_determinant = select(plane, 1.0 / select(plane, m11 * m22 - m12 * m12, real(1.0)), zero);
-        g11 = m22 * per_determinant + per_line;
-        g12 = -m12 * per_determinant;
-        g22 = m11 * per_determinant;
+        const Real per = 1.0 / select(plane, determinant, square);
+        g11 = select(plane, m22 * per, select(line, along * per, zero));
+        g12 = select(plane, -m12 * per, zero);
+        g22 = select(plane, m11 * per, zero);
     }
 
     /// The response about the centroid, whose row is (1, cy, -cx), in these directions; 1 where there is none.
     LANES_INLINE Sym3 response(const Sym3& w, Real cx, Real cy) const {
         const Real zero = real(0.0);
-        const Real3 row{real(1.0), cy, -cx};
-        const Real3 row1{real(0.0), b11, b12};
-        const Real3 row2{real(0.0), b21, b22};
-        const Real3 w0 = w * row;
-        const Real3 w1 = w * row1;
-        const Real3 w2 = w * row2;
-        Sym3 a{dot(row, w0), dot(row1, w0), dot(row2, w0), dot(row1, w1), dot(row2, w1), dot(row2, w2)};
+        const Real w0 = w.xx + cy * w.xy - cx * w.xz;
+        const Real w1 = w.xy + cy * w.yy - cx * w.yz;
+        const Real w2 = w.xz + cy * w.yz - cx * w.zz;
+        const Real yz = d1 * w.yz + d2 * w.zz;
+        Sym3 a{w0 + cy * w1 - cx * w2, d1 * w1 + d2 * w2, w2, d1 * (d1 * w.yy + d2 * w.yz) + d2 * yz, yz, w.zz};
         a.xy = select(spread, a.xy, zero);
         a.yy = select(spread, a.yy, a.xx);
         a.xz = select(plane, a.xz, zero);
@@ -142,7 +138,10 @@ LANES_INLINE void fit_impulses(const Visit<N>& v, const Sym3& w, const Real* act
         sy += active[k] * v.y[k];
         mean += active[k] * excess[k];
     }
-    const Real per = 1.0 / max(n, real(1.0));
+    Real per = real(1.0); // 1 / n, without a division
+    for (int k = 2; k <= N; ++k) {
+        per = select(n > k - 0.5, real(1.0 / k), per);
+    }
     const Real cx = sx * per;
     const Real cy = sy * per;
     mean *= per;
@@ -162,16 +161,15 @@ LANES_INLINE void fit_impulses(const Visit<N>& v, const Sym3& w, const Real* act
         f2 += active[k] * (excess[k] * r2);
     }
     const RowBasis basis(n, cx, cy, {m11, m12, m22});
-    const Real e1 = basis.b11 * f1 + basis.b12 * f2;
-    const Real e2 = basis.b21 * f1 + basis.b22 * f2;
-    const Real s1 = basis.g11 * e1 + basis.g12 * e2;
-    const Real s2 = basis.g12 * e1 + basis.g22 * e2;
+    const Real e1 = basis.d1 * f1 + basis.d2 * f2;
+    const Real s1 = basis.g11 * e1 + basis.g12 * f2;
+    const Real s2 = basis.g12 * e1 + basis.g22 * f2;
     const Real3 wrench = solve(basis.response(w, cx, cy), Real3{-mean, -s1, -s2});
     const Real force = wrench.x * per;
     const Real t1 = basis.g11 * wrench.y + basis.g12 * wrench.z;
     const Real t2 = basis.g12 * wrench.y + basis.g22 * wrench.z;
-    const Real h1 = basis.b11 * t1 + basis.b21 * t2;
-    const Real h2 = basis.b12 * t1 + basis.b22 * t2;
+    const Real h1 = basis.d1 * t1;
+    const Real h2 = basis.d2 * t1 + t2;
     for (int k = 0; k < N; ++k) {
         impulse[k] = active[k] * (force + h1 * (v.y[k] - cy) + h2 * (cx - v.x[k]));
     }
@@ -205,8 +203,8 @@ LANES_INLINE void Visit<N>::iterate_normals(const Sym3& wn, Mask open, const Rea
 
 /// Puts new normal impulses in place.
 template <int N>
-LANES_INLINE void Visit<N>::add_normals(const Sym3& wn, const Real* impulse) {
-    const Real3 added = normal_wrench(impulse) - normal_wrench(p_n);
+LANES_INLINE void Visit<N>::add_normals(const Sym3& wn, const Real3& held, const Real* impulse) {
+    const Real3 added = normal_wrench(impulse) - held;
     force.z = added.x;
     moment.x = added.y;
     moment.y = added.z;
@@ -291,7 +289,7 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     Real impulse[N];
     if constexpr (N == 1) { // it lies at the block's centre, and nothing is to be shared
         impulse[0] = max(-excess[0] / wn.xx, zero);
-        add_normals(wn, impulse);
+        add_normals(wn, held, impulse);
         return;
     }
     for (int k = 0; k < N; ++k) {
@@ -323,18 +321,17 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     if (any(open)) {
         iterate_normals(wn, open, excess, impulse);
     }
-    add_normals(wn, impulse);
+    add_normals(wn, held, impulse);
 }
 
 /// Puts new friction impulses in place.
 template <int N>
-LANES_INLINE void Visit<N>::add_friction(const Real* new_1, const Real* new_2) {
-    const Real3 before = friction_wrench();
+LANES_INLINE void Visit<N>::add_friction(const Real3& held, const Real* new_1, const Real* new_2) {
     for (int k = 0; k < N; ++k) {
         p_1[k] = new_1[k];
         p_2[k] = new_2[k];
     }
-    const Real3 added = friction_wrench() - before;
+    const Real3 added = friction_wrench() - held;
     Twist d;
     d.u = {w(0, 0) * added.x + w(0, 1) * added.y + w(0, 5) * added.z,
            w(1, 0) * added.x + w(1, 1) * added.y + w(1, 5) * added.z,
@@ -361,7 +358,7 @@ LANES_INLINE void Visit<N>::add_friction(const Real* new_1, const Real* new_2) {
 /// Friction impulses that stop the slip of all loaded points: weighted mean slip, and turning about the pressure centre.
 /// Returns the lanes in which none is beyond its limit. sum: of the normal impulses.
 template <int N>
-LANES_INLINE Mask Visit<N>::stop_slip(Real sum, Real per_load, Real* new_1, Real* new_2) const {
+LANES_INLINE Mask Visit<N>::stop_slip(const Real3& held, Real sum, Real per_load, Real* new_1, Real* new_2) const {
     const Real zero = real(0.0);
     if constexpr (N == 1) { // it lies at the block's centre
         const Real u1 = twist.u.x - load(points[0].u_t_target[0]);
@@ -407,7 +404,6 @@ LANES_INLINE Mask Visit<N>::stop_slip(Real sum, Real per_load, Real* new_1, Real
     a.xz = select(turns, a.xz, zero);
     a.yz = select(turns, a.yz, zero);
     a.zz = select(turns, a.zz, a.xx);
-    const Real3 held = friction_wrench();
     const Real3 stop = solve(a, Real3{slip1, slip2, select(turns, turning * per_inertia, zero)});
     const Real share1 = (held.x - stop.x) * per_load;
     const Real share2 = (held.y - stop.y) * per_load;
@@ -463,16 +459,18 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real per_load, Real* new_1, Real*
         const Real stopped = o1 * o1 + o2 * o2;
         const Real moving = s1 * s1 + s2 * s2;
         const Mask by_slip = marked | (stopped == 0.0);
-        const Real blend = moving / select(by_slip, one, moving + stopped);
-        const Real v1 = select(by_slip, s1, s1 + blend * o1);
-        const Real v2 = select(by_slip, s2, s2 + blend * o2);
+        // All times moving + stopped: of q only the direction counts.
+        const Real of_slip = select(by_slip, one, moving + stopped);
+        const Real of_before = select(by_slip, zero, moving);
+        const Real v1 = of_slip * s1 + of_before * o1;
+        const Real v2 = of_slip * s2 + of_before * o2;
         const Real per_k = p_n[k] * per_k_load; // 1 / (k_t load / p_n)
         const Real radius = mu * p_n[k];
         const Real stop1 = held1 - s1 * per_k;
         const Real stop2 = held2 - s2 * per_k;
         const Mask holds = stop1 * stop1 + stop2 * stop2 <= radius * radius;
-        const Real q1 = held1 - v1 * per_k;
-        const Real q2 = held2 - v2 * per_k;
+        const Real q1 = of_slip * held1 - v1 * per_k;
+        const Real q2 = of_slip * held2 - v2 * per_k;
         const Real square = q1 * q1 + q2 * q2;
         const Mask moves = square > 0.0;
         const Real scale = select(moves, radius / sqrt(select(moves, square, one)), zero);
@@ -493,7 +491,8 @@ LANES_INLINE void Visit<N>::solve_friction() {
     Real new_1[N];
     Real new_2[N];
     const Real per_load = 1.0 / select(loaded, sum, real(1.0));
-    const Mask sticks = stop_slip(sum, per_load, new_1, new_2);
+    const Real3 held = friction_wrench();
+    const Mask sticks = stop_slip(held, sum, per_load, new_1, new_2);
     for (int k = 0; k < N; ++k) {
         new_1[k] = select(loaded, new_1[k], zero);
         new_2[k] = select(loaded, new_2[k], zero);
@@ -502,7 +501,7 @@ LANES_INLINE void Visit<N>::solve_friction() {
     if (any(slides)) {
         slide(slides, per_load, new_1, new_2);
     }
-    add_friction(new_1, new_2);
+    add_friction(held, new_1, new_2);
     left = select(slides, change, left);
 }
 
