@@ -37,24 +37,39 @@ struct Approach {
     double now = 0.0;
     double in_pass = 0.0;
 };
-Approach approach_of(const Bodies& bodies, const PairContacts& pair, const Contact& contact, std::span<const Velocity> velocity,
-                     const Pass& pass) {
-    const auto a = static_cast<std::size_t>(pair.manifold.body_a);
-    const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-    const ContactGeometry& at = contact.at;
-    const Vec3 u_rel =
-        velocity[a].at(at.a - bodies.pose[a].position) - velocity[b].at(at.b() - bodies.pose[b].position);
-    const double now = -u_rel.dot(at.n);
-    const double approach = pass.number == 0 ? std::max(now, contact.memory.approach_speed) : now;
-    const bool is_apart = at.gap > std::max(pass.reach, now * pass.soon);
-    return {now, is_apart || approach <= pass.threshold ? 0.0 : approach};
-}
+
+/// How a pair's body a moves as seen from b, which tells how each of their contacts approaches.
+class PairApproach {
+public:
+    PairApproach(const Bodies& bodies, std::size_t a, std::size_t b, std::span<const Velocity> velocity, const Pass& pass)
+        : pass_(pass) {
+        centre_ = bodies.pose[a].position;
+        radius_ = bodies.props[a].bounding_radius;
+        relative_.v = velocity[a].v - velocity[b].at(centre_ - bodies.pose[b].position);
+        relative_.w = velocity[a].w - velocity[b].w;
+    }
+
+    /// No contact approaches faster than this [m/s].
+    double fastest() const { return relative_.v.norm() + relative_.w.norm() * radius_; }
+
+    Approach of(const Contact& contact) const {
+        const double now = -relative_.at(contact.at.a - centre_).dot(contact.at.n);
+        const double approach = pass_.number == 0 ? std::max(now, contact.memory.approach_speed) : now;
+        const bool is_apart = contact.at.gap > std::max(pass_.reach, now * pass_.soon);
+        return {now, is_apart || approach <= pass_.threshold ? 0.0 : approach};
+    }
+
+private:
+    const Pass& pass_;
+    Vec3 centre_;   ///< of a
+    double radius_; ///< of a [m]
+    Velocity relative_;
+};
 
 /// Does a contact of the pair collide?
-bool collides(const Bodies& bodies, const PairContacts& pair, std::span<const Velocity> velocity, const Pass& pass) {
-    return std::ranges::any_of(pair.manifold.contacts, [&](const Contact& contact) {
-        return approach_of(bodies, pair, contact, velocity, pass).in_pass > 0.0;
-    });
+bool collides(const PairContacts& pair, const PairApproach& approach) {
+    return std::ranges::any_of(pair.manifold.contacts,
+                               [&](const Contact& contact) { return approach.of(contact).in_pass > 0.0; });
 }
 
 /// from + s (to - from).
@@ -75,30 +90,32 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     targets_.clear();
     energy_owed_ = 0.0;
     if (pass == 0) {
-        fastest_.resize(velocity.size());
-        for (std::size_t i = 0; i < velocity.size(); ++i) {
-            fastest_[i] = velocity[i].v.norm() + rim_speed(bodies.props[i], velocity[i]);
-        }
         near_.clear();
         for (std::size_t k = 0; k < pairs.size(); ++k) {
-            if (pairs[k].least_gap <= now.reach || now.soon > 0.0) {
-                near_.push_back(static_cast<int>(k));
+            const PairContacts& pair = pairs[k];
+            if (pair.least_gap <= now.reach || now.soon > 0.0) {
+                near_.push_back({static_cast<std::size_t>(pair.manifold.body_a), static_cast<std::size_t>(pair.manifold.body_b),
+                                 static_cast<int>(k), pair.was_ahead});
             }
         }
     }
-    const auto may_collide = [&](const PairContacts& pair) {
-        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
-        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-        return pass > 0 ? is_changed_[a] != 0 || is_changed_[b] != 0
-                        : pair.was_ahead || fastest_[a] + fastest_[b] > now.threshold;
+    const auto approach_of = [&](const NearPair& pair) { return PairApproach(bodies, pair.a, pair.b, velocity, now); };
+    const auto may_collide = [&](const NearPair& pair) {
+        if (pass > 0) {
+            return is_changed_[pair.a] != 0 || is_changed_[pair.b] != 0;
+        }
+        return pair.was_ahead || !(approach_of(pair).fastest() <= now.threshold);
     };
     collides_.resize(near_.size());
     loop_.share(near_.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
-            if (pass == 0 && k + 1 < last && may_collide(near(pairs, k + 1))) {
+            collides_[k] = may_collide(near_[k]);
+        }
+        for (std::size_t k = first; k < last; ++k) {
+            if (k + 1 < last && collides_[k + 1] != 0) {
                 prefetch(near(pairs, k + 1));
             }
-            collides_[k] = may_collide(near(pairs, k)) && collides(bodies, near(pairs, k), velocity, now);
+            collides_[k] = collides_[k] != 0 && collides(near(pairs, k), approach_of(near_[k]));
         }
     });
     if (pass >= first_held_pass) {
@@ -123,19 +140,16 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
 /// Bodies that collide push what they touch in the same pass.
 void CollisionSolver::hold_neighbours(const Bodies& bodies, std::span<const PairContacts> pairs, const Pass& now) {
     is_changed_.assign(bodies.props.size(), 0);
-    const auto mark = [&](int body) {
-        is_changed_[static_cast<std::size_t>(body)] = !bodies.props[static_cast<std::size_t>(body)].is_static();
-    };
     for (std::size_t k = 0; k < near_.size(); ++k) {
         if (collides_[k] != 0) {
-            mark(near(pairs, k).manifold.body_a);
-            mark(near(pairs, k).manifold.body_b);
+            for (const std::size_t body : {near_[k].a, near_[k].b}) {
+                is_changed_[body] = !bodies.props[body].is_static();
+            }
         }
     }
     for (std::size_t k = 0; k < near_.size(); ++k) {
         const PairContacts& pair = near(pairs, k);
-        const bool is_pushed = is_changed_[static_cast<std::size_t>(pair.manifold.body_a)] != 0 ||
-                               is_changed_[static_cast<std::size_t>(pair.manifold.body_b)] != 0;
+        const bool is_pushed = is_changed_[near_[k].a] != 0 || is_changed_[near_[k].b] != 0;
         if (is_pushed && pair.least_gap <= now.reach && pair.material.restitution < 1.0) {
             collides_[k] = 1;
         }
@@ -143,12 +157,13 @@ void CollisionSolver::hold_neighbours(const Bodies& bodies, std::span<const Pair
 }
 
 /// Blocks of the pair's contacts that collide, or are held, in this pass.
-void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, int index,
+void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, const NearPair& near,
                                std::span<const Velocity> velocity, const Pass& now) {
     const bool holds = now.number >= first_held_pass && pair.material.restitution < 1.0;
+    const PairApproach of_pair(bodies, near.a, near.b, velocity, now);
     const std::size_t first = loop_.contacts.size();
     for (const Contact& contact : pair.manifold.contacts) {
-        const Approach approach = approach_of(bodies, pair, contact, velocity, now);
+        const Approach approach = of_pair.of(contact);
         const bool is_held = holds && contact.at.gap <= now.reach;
         if (approach.in_pass == 0.0 && !is_held) {
             continue;
@@ -160,7 +175,7 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
         // Newton's law: it leaves with e times the speed of its approach.
         targets_.push_back({pair.material.restitution * approach.in_pass, approach.now});
     }
-    loop_.add(first, block_like(pair, index));
+    loop_.add(first, block_like(pair, near.pair));
 }
 
 int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {

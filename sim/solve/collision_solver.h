@@ -55,13 +55,20 @@ public:
                             std::span<const Joint> joints, const StepSettings& settings, std::vector<Velocity>& velocity);
 
 private:
+    /// A pair that may collide within this instant; each pass looks at all of them, and at few of the pairs.
+    struct NearPair {
+        std::size_t a, b; ///< bodies
+        int pair;
+        bool was_ahead;
+    };
+
     bool collect(const Bodies& bodies, std::span<const PairContacts> pairs, const StepSettings& settings,
                  std::span<const Velocity> velocity, int pass);
     void hold_neighbours(const Bodies& bodies, std::span<const PairContacts> pairs, const Pass& now);
-    void add_pair(const Bodies& bodies, const PairContacts& pair, int index, std::span<const Velocity> velocity,
+    void add_pair(const Bodies& bodies, const PairContacts& pair, const NearPair& near, std::span<const Velocity> velocity,
                   const Pass& now);
     const PairContacts& near(std::span<const PairContacts> pairs, std::size_t k) const {
-        return pairs[static_cast<std::size_t>(near_[k])];
+        return pairs[static_cast<std::size_t>(near_[k].pair)];
     }
     Unsettled fastest_left();
     int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
@@ -82,9 +89,8 @@ private:
     std::vector<std::size_t> in_pass_; ///< these bodies, in their order
     std::vector<Velocity> before_;  ///< [body_count] as this pass began, of the bodies in it
     std::vector<Velocity> plastic_; ///< [body_count] memory of keep_energy()
-    std::vector<int> near_;         ///< pairs that may collide within this instant
+    std::vector<NearPair> near_;    ///< ascending
     std::vector<char> collides_;    ///< [near_] in this pass, or is held in it
-    std::vector<double> fastest_;   ///< [m/s, body_count] no point of it moves faster as the first pass begins
     std::vector<char> is_changed_;  ///< [body_count] by the last pass, then by this one
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     std::vector<Velocity> kinematic_; ///< kinematic_velocity(); empty where there are none

@@ -5,10 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <variant>
 
 namespace sim {
 namespace {
+
+/// The same as no pose.
+const Pose nowhere{Vec3::Constant(std::numeric_limits<double>::quiet_NaN()), Quat::Identity()};
 
 bool is_same(const Pose& a, const Pose& b) {
     return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
@@ -17,7 +21,7 @@ bool is_same(const Pose& a, const Pose& b) {
 } // namespace
 
 PairDistances::PairDistances(const Bodies& bodies, std::size_t count, Workers& workers)
-    : bodies_(bodies), workers_(workers), box_rows_(count), looked_at_(count), moved_(count) {
+    : bodies_(bodies), workers_(workers), box_rows_(count), looked_at_(count, nowhere), moved_(count) {
     for (std::size_t i = 0; i < count; ++i) {
         is_box_.push_back(std::holds_alternative<Box>(bodies.props[i].shape));
     }
@@ -33,13 +37,13 @@ void PairDistances::place(const Candidates& candidates, std::span<const Pose> po
     const auto place_some = [&](std::size_t first, std::size_t last) {
         for (const std::size_t i : members.subspan(first, last - first)) {
             moved_[i] = is_moved(i);
-            if (moved_[i] != 0) {
-                looked_at_[i] = poses[i];
-            }
-            if (is_box_[i] == 0) {
+            if (moved_[i] == 0) {
                 continue;
             }
-            box_rows_[i] = box_row(std::get<Box>(bodies_.props[i].shape), poses[i]);
+            looked_at_[i] = poses[i];
+            if (is_box_[i] != 0) {
+                box_rows_[i] = box_row(std::get<Box>(bodies_.props[i].shape), poses[i]);
+            }
         }
     };
     workers_.run(members.size(), place_some, least_shared);

@@ -204,7 +204,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     joint_rows.prepare(bodies, joints);
     apply_half_kicks(bodies, search.pairs, after_collisions);
     joint_rows.add_owed(joints, after_collisions);
-    const std::vector<Velocity> before = after_collisions;
+    const std::vector<Velocity> before = has_drives ? after_collisions : std::vector<Velocity>();
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
     collision_solver.most_sweeps = work_left() / 2; // the plan has to come to an end, or it throws what it holds
     CollisionReport result = collision_solver.resolve(bodies, search.pairs, joints, settings, after_collisions);
@@ -219,7 +219,9 @@ void WorldState::resolve_collisions(StepReport& report) {
                             joint_rows.half_kick_work(kinematic, {bodies.velocity, {}, before}));
         }
         for (std::size_t i = 0; i < after_collisions.size(); ++i) {
-            bodies.velocity[i] = touched[i] != 0 ? after_collisions[i] : bodies.velocity[i];
+            if (touched[i] != 0) {
+                bodies.velocity[i] = after_collisions[i];
+            }
         }
         restart(touched);
     }
