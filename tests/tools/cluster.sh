@@ -47,7 +47,8 @@ start)
     chmod 0400 "$dir/munge.key"
     munged --force --key-file="$dir/munge.key" --socket="$dir/munge.socket" --pid-file="$dir/munge.pid" \
         --log-file="$dir/munge.log" --seed-file="$dir/munge.seed" --num-threads=2 2>"$dir/munge.out"
-    base=$((20000 + $$ * 40 % 20000)) # tests that run at once have other process numbers
+    # Tests that run at once have other process numbers; what connects somewhere gets ports from 32768 on.
+    base=$((12000 + $$ * 40 % 20000))
     controller=$(free_port $base) first=$(free_port $((controller + 1))) second=$(free_port $((controller + 20)))
     cat >"$dir/slurm.conf" <<CONF
 ClusterName=tumble
@@ -85,7 +86,7 @@ CONF
     slurmctld -f "$dir/slurm.conf" >"$dir/controller.out" 2>&1
     start_node 1
     start_node 2
-    wait_for 20 both_idle
+    wait_for 60 both_idle # a second or two, where the machine has nothing else to do
     ;;
 node)
     start_node "$3"
