@@ -41,8 +41,10 @@ struct Approach {
 /// How a pair's body a moves as seen from b, which tells how each of their contacts approaches.
 class PairApproach {
 public:
-    PairApproach(const Bodies& bodies, std::size_t a, std::size_t b, std::span<const Velocity> velocity, const Pass& pass)
+    PairApproach(const Bodies& bodies, int body_a, int body_b, std::span<const Velocity> velocity, const Pass& pass)
         : pass_(pass) {
+        const auto a = static_cast<std::size_t>(body_a);
+        const auto b = static_cast<std::size_t>(body_b);
         centre_ = bodies.pose[a].position;
         radius_ = bodies.props[a].bounding_radius;
         relative_.v = velocity[a].v - velocity[b].at(centre_ - bodies.pose[b].position);
@@ -94,15 +96,14 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
         for (std::size_t k = 0; k < pairs.size(); ++k) {
             const PairContacts& pair = pairs[k];
             if (pair.least_gap <= now.reach || now.soon > 0.0) {
-                near_.push_back({static_cast<std::size_t>(pair.manifold.body_a), static_cast<std::size_t>(pair.manifold.body_b),
-                                 static_cast<int>(k), pair.was_ahead});
+                near_.push_back({pair.manifold.body_a, pair.manifold.body_b, static_cast<int>(k), pair.was_ahead});
             }
         }
     }
     const auto approach_of = [&](const NearPair& pair) { return PairApproach(bodies, pair.a, pair.b, velocity, now); };
     const auto may_collide = [&](const NearPair& pair) {
         if (pass > 0) {
-            return is_changed_[pair.a] != 0 || is_changed_[pair.b] != 0;
+            return is_changed(pair);
         }
         return pair.was_ahead || !(approach_of(pair).fastest() <= now.threshold);
     };
@@ -142,15 +143,15 @@ void CollisionSolver::hold_neighbours(const Bodies& bodies, std::span<const Pair
     is_changed_.assign(bodies.props.size(), 0);
     for (std::size_t k = 0; k < near_.size(); ++k) {
         if (collides_[k] != 0) {
-            for (const std::size_t body : {near_[k].a, near_[k].b}) {
-                is_changed_[body] = !bodies.props[body].is_static();
+            for (const int body : {near_[k].a, near_[k].b}) {
+                const auto i = static_cast<std::size_t>(body);
+                is_changed_[i] = !bodies.props[i].is_static();
             }
         }
     }
     for (std::size_t k = 0; k < near_.size(); ++k) {
         const PairContacts& pair = near(pairs, k);
-        const bool is_pushed = is_changed_[near_[k].a] != 0 || is_changed_[near_[k].b] != 0;
-        if (is_pushed && pair.least_gap <= now.reach && pair.material.restitution < 1.0) {
+        if (is_changed(near_[k]) && pair.least_gap <= now.reach && pair.material.restitution < 1.0) {
             collides_[k] = 1;
         }
     }

@@ -57,7 +57,7 @@ public:
 private:
     /// A pair that may collide within this instant; each pass looks at all of them, and at few of the pairs.
     struct NearPair {
-        std::size_t a, b; ///< bodies
+        int a, b; ///< bodies
         int pair;
         bool was_ahead;
     };
@@ -69,6 +69,9 @@ private:
                   const Pass& now);
     const PairContacts& near(std::span<const PairContacts> pairs, std::size_t k) const {
         return pairs[static_cast<std::size_t>(near_[k].pair)];
+    }
+    bool is_changed(const NearPair& pair) const {
+        return is_changed_[static_cast<std::size_t>(pair.a)] != 0 || is_changed_[static_cast<std::size_t>(pair.b)] != 0;
     }
     Unsettled fastest_left();
     int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
