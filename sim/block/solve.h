@@ -76,7 +76,7 @@ struct Gram {
 struct RowBasis {
     Mask spread, plane;
     Real d1, d2;        ///< the first direction; the second one is the second axis
-    Real g11, g12, g22; ///< of the directions that there are, else 0
+    Real g11, g12, g22; ///< of the directions that there are, else 0; a line's times the square of its direction
 
     /// n: points [-] whose centroid is (cx, cy).
     LANES_INLINE RowBasis(Real n, Real cx, Real cy, const Gram& m) {
@@ -91,8 +91,8 @@ struct RowBasis {
         const Mask line = spread & ~plane;
         d1 = one;
         d2 = zero;
-        Real along = one;  // square of a line's direction
-        Real square = one; // of the rows in that, summed up
+        Real along = one;  // square of the direction of a line
+        Real square = one; // sum of the squares of the rows along it
         if (any(line)) {
             const Mask first_larger = m11 >= m22;
             d1 = select(line, select(first_larger, m11, m12), one);
