@@ -205,7 +205,7 @@ TEST_F(checkpoint, a_damaged_one_is_refused_and_a_new_run_starts_without_it) {
 }
 
 TEST_F(checkpoint, a_disk_that_is_full_leaves_the_one_before) {
-    const std::string simulate = "simulate mixture.toml --set output.record_every=1 --time-step 0.0005 --quiet --checkpoint 0.002";
+    const std::string simulate = "simulate mixture.toml --set output.record_every=1 --time-step 0.0005 --quiet --checkpoint 1e-4";
     ASSERT_EQ(tumble(simulate + " --out whole").err, "");
     int count = 0;
     for (const int kilobytes : {4, 100, 300, 1000}) { // no file may be larger: checkpoint.bin, trajectory, checkpoint.states
