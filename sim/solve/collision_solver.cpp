@@ -51,7 +51,7 @@ public:
         relative_.w = velocity[a].w - velocity[b].w;
     }
 
-    /// No contact approaches faster than this [m/s].
+    /// No contact approaches faster than this [m/s]; of a plane, which has no radius, it may be no number.
     double fastest() const { return relative_.v.norm() + relative_.w.norm() * radius_; }
 
     Approach of(const Contact& contact) const {
@@ -124,7 +124,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
     }
     for (std::size_t k = 0; k < near_.size(); ++k) {
         if (collides_[k] != 0) {
-            add_pair(bodies, near(pairs, k), near_[k], velocity, now);
+            add_pair(bodies, near(pairs, k), near_[k].pair, velocity, now);
         }
     }
     loop_.arrange(bodies, 0, velocity);
@@ -158,10 +158,10 @@ void CollisionSolver::hold_neighbours(const Bodies& bodies, std::span<const Pair
 }
 
 /// Blocks of the pair's contacts that collide, or are held, in this pass.
-void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, const NearPair& near,
+void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, int index,
                                std::span<const Velocity> velocity, const Pass& now) {
     const bool holds = now.number >= first_held_pass && pair.material.restitution < 1.0;
-    const PairApproach of_pair(bodies, near.a, near.b, velocity, now);
+    const PairApproach of_pair(bodies, pair.manifold.body_a, pair.manifold.body_b, velocity, now);
     const std::size_t first = loop_.contacts.size();
     for (const Contact& contact : pair.manifold.contacts) {
         const Approach approach = of_pair.of(contact);
@@ -176,7 +176,7 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, c
         // Newton's law: it leaves with e times the speed of its approach.
         targets_.push_back({pair.material.restitution * approach.in_pass, approach.now});
     }
-    loop_.add(first, block_like(pair, near.pair));
+    loop_.add(first, block_like(pair, index));
 }
 
 int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {

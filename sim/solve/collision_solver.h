@@ -65,7 +65,7 @@ private:
     bool collect(const Bodies& bodies, std::span<const PairContacts> pairs, const StepSettings& settings,
                  std::span<const Velocity> velocity, int pass);
     void hold_neighbours(const Bodies& bodies, std::span<const PairContacts> pairs, const Pass& now);
-    void add_pair(const Bodies& bodies, const PairContacts& pair, const NearPair& near, std::span<const Velocity> velocity,
+    void add_pair(const Bodies& bodies, const PairContacts& pair, int index, std::span<const Velocity> velocity,
                   const Pass& now);
     const PairContacts& near(std::span<const PairContacts> pairs, std::size_t k) const {
         return pairs[static_cast<std::size_t>(near_[k].pair)];

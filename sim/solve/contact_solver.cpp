@@ -103,14 +103,14 @@ void ContactSolver::take_uncertain() {
 /// is how much faster than their targets the contacts part with f alone, and g.A g twice the kinetic energy of what g changes.
 /// All of it is given back where that is nearer than none. The targets stay those of f alone until the next measurement.
 void ContactSolver::give_uncertain(const Bodies& bodies) {
-    if (changed_.empty()) {
-        return;
-    }
     double energy = 0.0; // g.A g [J]
     for (const std::size_t i : changed_) {
         energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
     }
-    const double best = energy > 0.0 ? std::clamp(-contacts_.uncertain_work(to_.velocity) / energy, 0.0, 1.0) : 1.0;
+    if (energy == 0.0) {
+        return;
+    }
+    const double best = std::clamp(-contacts_.uncertain_work(to_.velocity) / energy, 0.0, 1.0);
     const double share = best > 0.5 ? 1.0 : best;
     for (const std::size_t i : changed_) {
         to_.velocity[i].v += share * change_[i].v;

@@ -86,7 +86,7 @@ CONF
     slurmctld -f "$dir/slurm.conf" >"$dir/controller.out" 2>&1
     start_node 1
     start_node 2
-    wait_for 60 both_idle # a second or two, where the machine has nothing else to do
+    wait_for 60 both_idle # a tenth of a second, where the machine has nothing else to do
     ;;
 node)
     start_node "$3"
