@@ -1,7 +1,5 @@
 #include "sim/base/workers.h"
 
-#include <algorithm>
-
 namespace sim {
 namespace {
 
@@ -102,11 +100,10 @@ void Workers::run_task(const Task& task) {
     }
     const std::size_t parts = thread_count();
     task_ = task;
-    task_.ranges = std::clamp(task.count / parts, std::size_t{1}, most_ranges);
-    running_ = parts * task_.ranges;
+    running_ = parts * task.ranges;
     const std::size_t loop = loop_ + 1;
     for (Share& share : shares_) {
-        share.left.store(loop * loop_unit + task_.ranges, std::memory_order_release);
+        share.left.store(loop * loop_unit + task.ranges, std::memory_order_release);
     }
     loop_ = loop;
     loop_.notify_all();

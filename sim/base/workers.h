@@ -1,5 +1,6 @@
 #pragma once
 /// A few threads that share the parts of a loop whose results do not depend on each other.
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <thread>
@@ -22,12 +23,12 @@ public:
     Workers& operator=(const Workers&) = delete;
 
     /// Calls work(first, last) for ranges that cover 0..count once, and returns when all are done. The ranges
-    /// run in any order, so `work` may write only to its own elements. It must not throw. Fewer than `least` are not
-    /// worth while to be shared: the caller's thread does them. A thread that is done with its ranges goes on with
+    /// run in any order, so `work` may write only to its own elements. It must not throw. Ranges of fewer than `least` are not
+    /// worth while: the caller's thread does what does not make two. A thread that is done with its ranges goes on with
     /// those of others, who may have more to do in theirs, or be kept waiting by other programs.
     template <typename Work>
     void run(std::size_t count, Work&& work, std::size_t least = 1) {
-        if (count < least) {
+        if (count < 2 * least) {
             if (count > 0) {
                 work(std::size_t{0}, count);
             }
@@ -38,7 +39,7 @@ public:
                   [](const void* called, std::size_t first, std::size_t last) {
                       (*static_cast<Called*>(const_cast<void*>(called)))(first, last);
                   },
-                  count});
+                  count, std::clamp(count / (thread_count() * least), std::size_t{1}, most_ranges)});
     }
 
     std::size_t thread_count() const { return threads_.size() + 1; }

@@ -130,6 +130,23 @@ PairMaterial pair_material(const BodyProps& a, const BodyProps& b) {
     return {combined(a.restitution, b.restitution), combined(a.mu_s, b.mu_s), combined(a.mu_d, b.mu_d)};
 }
 
+void BlockBodies::begin(const Bodies& bodies, std::span<const std::size_t> which, Workers* workers) {
+    const std::size_t count = bodies.props.size();
+    rows.resize(count);
+    colours.resize(count);
+    place.resize(count, -1);
+    const auto write = [&](std::size_t first, std::size_t last) {
+        for (const std::size_t k : which.subspan(first, last - first)) {
+            const Vec3& x = bodies.pose[k].position;
+            const Mat3& j = bodies.inverse_inertia[k];
+            const double row[] = {bodies.props[k].inverse_mass, j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2), j(2, 2), 0.0, x.x(),
+                                  x.y(), x.z()};
+            std::ranges::copy(row, rows[k].x);
+        }
+    };
+    sim::share(workers, which.size(), write, least_shared);
+}
+
 std::size_t block_count(std::span<const Contact> contacts) {
     return count_blocks(contacts);
 }
@@ -165,47 +182,26 @@ void Blocks::add(std::size_t first, const Block& like) {
     split(std::span(blocks).subspan(place), first, contacts.size(), like);
 }
 
-/// Rows and colours of the bodies of the blocks from `first_block` on.
-void Blocks::reset_bodies(const Bodies& bodies, std::size_t first_block) {
-    used_.resize(bodies.props.size());
-    rows_.resize(bodies.props.size());
-    const auto own = std::span(blocks).subspan(first_block);
-    for (const Block& block : own) {
-        used_[static_cast<std::size_t>(block.a)] = used_[static_cast<std::size_t>(block.b)] = ~std::uint64_t{0};
-    }
-    members_.clear();
-    for (const Block& block : own) {
-        for (const int body : {block.a, block.b}) {
-            const auto k = static_cast<std::size_t>(body);
-            if (std::exchange(used_[k], 0) != 0) {
-                members_.push_back(k);
-            }
-        }
-    }
-    share(members_.size(), [&](std::size_t first, std::size_t last) {
-        for (const std::size_t k : std::span(members_).subspan(first, last - first)) {
-            const Vec3& x = bodies.pose[k].position;
-            const Mat3& j = bodies.inverse_inertia[k];
-            const double row[] = {bodies.props[k].inverse_mass, j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2), j(2, 2), 0.0, x.x(),
-                                  x.y(), x.z()};
-            std::ranges::copy(row, rows_[k].x);
-        }
-    });
-}
-
 /// Graph colouring: no two blocks of a colour move the same body; each takes the first colour free, and a colour of its own where
 /// its bodies have used up the bits of a number. Sorted by colour, then by size.
 std::vector<Blocks::Place> Blocks::coloured(const Bodies& bodies, std::size_t first_block) {
+    std::vector<std::uint64_t>& used = bodies_->colours;
+    const auto moves = [&](int body) { return !bodies.props[static_cast<std::size_t>(body)].is_static(); };
+    for (const Block& block : std::span(blocks).subspan(first_block)) {
+        for (const int body : {block.a, block.b}) {
+            if (moves(body)) { // others may be of other solves, too
+                used[static_cast<std::size_t>(body)] = 0;
+            }
+        }
+    }
     std::vector<Place> places;
     places.reserve(blocks.size() - first_block);
     const int last = std::numeric_limits<std::uint64_t>::digits;
     int alone = last;
     for (std::size_t i = first_block; i < blocks.size(); ++i) {
-        const auto a = static_cast<std::size_t>(blocks[i].a);
-        const auto b = static_cast<std::size_t>(blocks[i].b);
         std::uint64_t none = 0;
-        std::uint64_t& used_a = bodies.props[a].is_static() ? none : used_[a];
-        std::uint64_t& used_b = bodies.props[b].is_static() ? none : used_[b];
+        std::uint64_t& used_a = moves(blocks[i].a) ? used[static_cast<std::size_t>(blocks[i].a)] : none;
+        std::uint64_t& used_b = moves(blocks[i].b) ? used[static_cast<std::size_t>(blocks[i].b)] : none;
         int colour = std::countr_one(used_a | used_b);
         if (colour < last) {
             used_a |= std::uint64_t{1} << colour;
@@ -252,7 +248,6 @@ void Blocks::plan_batches(std::span<const Place> places) {
 std::size_t Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
     const std::size_t first_batch = batches.size();
     islands_.clear();
-    reset_bodies(bodies, first_block);
     plan_batches(coloured(bodies, first_block));
     return first_batch;
 }
@@ -262,6 +257,20 @@ std::span<const int> Blocks::blocks_in(std::size_t i) const {
 }
 
 void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {
+    std::vector<int>& place = bodies_->place;
+    place.resize(bodies.props.size(), -1);
+    members_.clear();
+    for (const Block& block : std::span(blocks).subspan(first_block)) {
+        for (const int body : {block.a, block.b}) {
+            if (std::exchange(place[static_cast<std::size_t>(body)], 0) < 0) {
+                members_.push_back(static_cast<std::size_t>(body));
+            }
+        }
+    }
+    for (const std::size_t k : members_) {
+        place[k] = -1;
+    }
+    bodies_->begin(bodies, members_, workers);
     const std::size_t first_batch = lay_out(bodies, first_block);
     share(batches.size() - first_batch, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first_batch + first; i < first_batch + last; ++i) {
@@ -317,7 +326,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
                      .batch_count = 1,
                      .points = points.data(),
                      .at = at,
-                     .rows = rows_.data(),
+                     .rows = bodies_->rows.data(),
                      .velocity = velocity.front().v.data()});
 }
 
@@ -372,11 +381,11 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
                        .before = extrapolated_.data(),
                        .along = along,
                        .share = share_of_step,
-                       .rows = rows_.data(),
+                       .rows = bodies_->rows.data(),
                        .velocity = velocity.front().v.data()});
     };
     along_.resize(batches.size());
-    share(batches.size(), [&](std::size_t first, std::size_t last) { work(first, last, along_.data() + first, 0.0); });
+    share_batches([&](std::size_t first, std::size_t last) { work(first, last, along_.data() + first, 0.0); });
     const double share_of_step = extrapolation_.next(std::accumulate(along_.begin(), along_.end(), 0.0));
     share_colours([&](std::size_t first, std::size_t last) { work(first, last, nullptr, share_of_step); });
 }
@@ -416,7 +425,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
         extrapolate(velocity);
     }
     const BatchSweep like{.points = points.data(),
-                          .rows = rows_.data(),
+                          .rows = bodies_->rows.data(),
                           .velocity = velocity.front().v.data(),
                           .skip = skip,
                           .tolerance = tolerance};

@@ -20,6 +20,7 @@
 #include <Eigen/Core>
 
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -135,9 +136,21 @@ inline constexpr int sweeps_to_arrange = 10;
 /// A solve that stalls is good enough where its changes are this share [-] of the gap tolerance over the step.
 inline constexpr double stall_share = 0.01;
 
+/// What solves know of bodies, arrays of [body_count]. Those that move no body in common use one side by side.
+struct BlockBodies {
+    std::vector<BodyRows> rows;         ///< of bodies in blocks, as the interval begins
+    std::vector<std::uint64_t> colours; ///< bit k: a block of colour k moves it
+    std::vector<int> place;             ///< -1; of an island that is looked at, where the body is among its bodies
+
+    /// Writes the rows of these bodies.
+    void begin(const Bodies& bodies, std::span<const std::size_t> which, Workers* workers);
+};
+
 /// All blocks of one solve, and the batches in which they are solved.
 class Blocks {
 public:
+    explicit Blocks(std::shared_ptr<BlockBodies> bodies = std::make_shared<BlockBodies>()) : bodies_(std::move(bodies)) {}
+
     std::vector<Block> blocks;
     std::vector<const Contact*> contacts; ///< of the blocks; they stay where they are during the solve
     std::vector<BlockBatch> batches;
@@ -167,14 +180,15 @@ public:
     /// Adds them; its contacts are those from `first` on.
     void add(std::size_t first, const Block& like);
 
-    /// Room for batches of the blocks from `first_block` on, which are to be filled; returns the first of them.
+    /// Room for batches of the blocks from `first_block` on, of whose bodies the rows are there. They are to be filled; returns
+    /// the first of them.
     std::size_t lay_out(const Bodies& bodies, std::size_t first_block);
     /// Indices of the blocks of batch i.
     std::span<const int> blocks_in(std::size_t i) const;
     /// Puts into batch i its blocks, and what does not change while it is iterated; impulses are zero, targets unset. velocity:
     /// before any impulse of this solve.
     void fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity);
-    /// Both.
+    /// All of that.
     void arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity);
 
     /// Takes a block out of the solve, with its impulses.
@@ -200,8 +214,23 @@ public:
         }
     }
 
+    /// The same for ranges in any order. Each thread gets of every colour what it gets in share_colours(), and has in its cache.
+    template <typename Work>
+    void share_batches(Work&& work) const {
+        const std::size_t parts = workers == nullptr ? 1 : workers->thread_count() * Workers::most_ranges;
+        const auto work_on_parts = [&](std::size_t first, std::size_t last) {
+            std::size_t begin = 0;
+            for (const std::size_t end : colours_) {
+                const std::size_t count = end - begin;
+                work(begin + count * first / parts, begin + count * last / parts);
+                begin = end;
+            }
+        };
+        share(parts, work_on_parts, batches.size() < least_shared ? parts : 1);
+    }
+
     /// [body_count] of the bodies in blocks, as the interval begins.
-    std::span<const BodyRows> rows() const { return rows_; }
+    std::span<const BodyRows> rows() const { return bodies_->rows; }
 
     /// Before the first sweep of a solve: all blocks are to be solved again.
     void wake();
@@ -235,7 +264,6 @@ private:
         std::size_t first_point = 0;
         int count = 0; ///< points of a lane
     };
-    void reset_bodies(const Bodies& bodies, std::size_t first_block);
     std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
     void plan_batches(std::span<const Place> places);
     void extrapolate(std::span<Velocity> velocity);
@@ -247,13 +275,12 @@ private:
     void save(Island& island, std::span<const Velocity> velocity) const;
     void restore(const Island& island, std::span<Velocity> velocity);
 
+    std::shared_ptr<BlockBodies> bodies_;
     std::vector<int> order_;            ///< of the blocks in the batches
     std::vector<PlannedBatch> planned_; ///< [batches]
-    std::vector<std::size_t> members_;  ///< memory of reset_bodies()
+    std::vector<std::size_t> members_;  ///< memory of arrange()
     std::vector<std::size_t> colours_; ///< ends of the ranges of batches of which no two move the same body
     std::vector<ExtrapolatedPoint> extrapolated_; ///< [points]
-    std::vector<std::uint64_t> used_;   ///< [body_count] bit k: a block of colour k moves it
-    std::vector<BodyRows> rows_;        ///< [body_count]
     std::vector<std::size_t> again_;    ///< memory of visit_again()
     std::vector<double> along_;         ///< [batches] see Extrapolation::next
     double change_ = 0.0;               ///< [m/s] by the last sweep

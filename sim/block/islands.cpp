@@ -18,61 +18,76 @@ constexpr double compliance_factor = 10.0;
 
 } // namespace
 
-/// Islands in the order of their least bodies, found in breadth.
+/// Islands in the order of their least bodies, found in breadth. Bodies go by their places among those that move.
 void Blocks::find_islands() {
-    enum : int { apart = -2, unseen = -1 }; // apart: bodies without blocks, and those that do not move
-    std::vector<int> island_of(rows_.size(), apart);
-    std::vector<std::size_t> end(rows_.size() + 1, 0); // of each body's neighbours, and where they begin once they are in place
-    const auto is_dynamic = [&](int body) { return rows_[static_cast<std::size_t>(body)].x[0] > 0.0; };
-    const auto for_each_between = [&](auto&& work) {
-        for (const Block& block : blocks) {
-            if (block.count > 0 && is_dynamic(block.a) && is_dynamic(block.b)) {
-                work(block.a, block.b);
-                work(block.b, block.a);
-            }
-        }
-    };
-    for_each_between([&](int body, int) { ++end[static_cast<std::size_t>(body)]; });
-    std::partial_sum(end.begin(), end.end(), end.begin());
-    std::vector<int> neighbours(end.back());
-    for_each_between([&](int body, int other) { neighbours[--end[static_cast<std::size_t>(body)]] = other; });
+    const std::vector<BodyRows>& rows = bodies_->rows;
+    std::vector<int>& place = bodies_->place;
+    const auto is_dynamic = [&](int body) { return rows[static_cast<std::size_t>(body)].x[0] > 0.0; };
+    const auto place_of = [&](int body) { return static_cast<std::size_t>(place[static_cast<std::size_t>(body)]); };
+    std::vector<int> own;
     for (const Block& block : blocks) {
         for (const int body : {block.a, block.b}) {
-            if (block.count > 0 && is_dynamic(body)) {
-                island_of[static_cast<std::size_t>(body)] = unseen;
+            if (block.count > 0 && is_dynamic(body) && std::exchange(place[static_cast<std::size_t>(body)], 0) < 0) {
+                own.push_back(body);
             }
         }
     }
-    for (std::size_t least = 0; least < island_of.size(); ++least) {
-        if (island_of[least] != unseen) {
+    std::ranges::sort(own);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        place[static_cast<std::size_t>(own[i])] = static_cast<int>(i);
+    }
+    const auto for_each_between = [&](auto&& work) {
+        for (const Block& block : blocks) {
+            if (block.count > 0 && is_dynamic(block.a) && is_dynamic(block.b)) {
+                work(place_of(block.a), place_of(block.b));
+                work(place_of(block.b), place_of(block.a));
+            }
+        }
+    };
+    std::vector<std::size_t> end(own.size() + 1, 0); // of each body's neighbours, and where they begin once they are in place
+    for_each_between([&](std::size_t body, std::size_t) { ++end[body]; });
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    std::vector<std::size_t> neighbours(end.back());
+    for_each_between([&](std::size_t body, std::size_t other) { neighbours[--end[body]] = other; });
+    std::vector<int> island_of(own.size(), -1); // not seen yet
+    std::vector<std::size_t> found; // the bodies of an island
+    for (std::size_t least = 0; least < own.size(); ++least) {
+        if (island_of[least] >= 0) {
             continue;
         }
         Island& island = islands_.emplace_back();
-        const auto add = [&](int body) {
-            island_of[static_cast<std::size_t>(body)] = static_cast<int>(islands_.size()) - 1;
-            island.bodies.push_back(body);
+        found.clear();
+        const auto add = [&](std::size_t body) {
+            island_of[body] = static_cast<int>(islands_.size()) - 1;
+            found.push_back(body);
         };
-        add(static_cast<int>(least));
+        add(least);
         double work = 0.0;
-        for (std::size_t first = 0, last = 1; first < last; first = std::exchange(last, island.bodies.size())) {
+        for (std::size_t first = 0, last = 1; first < last; first = std::exchange(last, found.size())) {
             for (std::size_t i = first; i < last; ++i) {
-                const auto body = static_cast<std::size_t>(island.bodies[i]);
+                const std::size_t body = found[i];
                 for (std::size_t k = end[body]; k < end[body + 1]; ++k) {
-                    if (island_of[static_cast<std::size_t>(neighbours[k])] == unseen) {
+                    if (island_of[neighbours[k]] < 0) {
                         add(neighbours[k]);
                     }
                 }
             }
-            work += static_cast<double>(last - first) * std::pow(static_cast<double>(island.bodies.size() - first), 2);
+            work += static_cast<double>(last - first) * std::pow(static_cast<double>(found.size() - first), 2);
         }
         island.is_small = work <= std::pow(newton_size, 3);
+        for (const std::size_t body : found) {
+            island.bodies.push_back(own[body]);
+        }
         std::ranges::sort(island.bodies);
     }
     for (std::size_t i = 0; i < blocks.size(); ++i) {
         if (blocks[i].count > 0) {
             const int body = is_dynamic(blocks[i].a) ? blocks[i].a : blocks[i].b;
-            islands_[static_cast<std::size_t>(island_of[static_cast<std::size_t>(body)])].blocks.push_back(static_cast<int>(i));
+            islands_[static_cast<std::size_t>(island_of[place_of(body)])].blocks.push_back(static_cast<int>(i));
         }
+    }
+    for (const int body : own) {
+        place[static_cast<std::size_t>(body)] = -1;
     }
 }
 
@@ -177,7 +192,7 @@ bool Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
         const bool is_tried = !island.resists && island.is_small && sliding_share(*this, island) <= most_sliding;
         if (is_tried) {
             if (next_compliance(island, velocity)) {
-                newton_.step(*this, island, rows_, velocity);
+                newton_.step(*this, island, *bodies_, velocity);
             }
             for (const int i : island.blocks) {
                 const Block& block = blocks[static_cast<std::size_t>(i)];

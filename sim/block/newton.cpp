@@ -180,16 +180,16 @@ void IslandNewton::add_block(const Blocks& loop, int index, double compliance, s
 
 /// Places of the bodies among the unknowns, so that the factors are sparse: by approximate minimum degree (Amestoy, Davis &
 /// Duff 1996) in the graph of bodies, whose edges are a 36th of the entries.
-void IslandNewton::find_places(const Blocks& loop, const Island& island) {
+void IslandNewton::find_places(const Blocks& loop, const Island& island, std::span<int> place_of) {
     const auto count = static_cast<int>(island.bodies.size());
     for (int i = 0; i < count; ++i) {
-        place_[static_cast<std::size_t>(island.bodies[static_cast<std::size_t>(i)])] = i;
+        place_of[static_cast<std::size_t>(island.bodies[static_cast<std::size_t>(i)])] = i;
     }
     entries_.clear();
     for (const Active& active : active_) {
         const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
-        const int a = place_[static_cast<std::size_t>(block.a)];
-        const int b = place_[static_cast<std::size_t>(block.b)];
+        const int a = place_of[static_cast<std::size_t>(block.a)];
+        const int b = place_of[static_cast<std::size_t>(block.b)];
         if (a >= 0 && b >= 0) {
             entries_.emplace_back(std::max(a, b), std::min(a, b), 1.0);
         }
@@ -199,17 +199,17 @@ void IslandNewton::find_places(const Blocks& loop, const Island& island) {
     Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
     Eigen::AMDOrdering<int>()(graph.selfadjointView<Eigen::Lower>(), order);
     for (int place = 0; place < count; ++place) {
-        place_[static_cast<std::size_t>(island.bodies[static_cast<std::size_t>(order.indices()[place])])] = place;
+        place_of[static_cast<std::size_t>(island.bodies[static_cast<std::size_t>(order.indices()[place])])] = place;
     }
 }
 
 /// Mass matrix + sum of rows^T rows / compliance, factorised: the equations with the impulses eliminated.
-void IslandNewton::assemble(const Blocks& loop, std::span<const BodyRows> rows, const Island& island) {
+void IslandNewton::assemble(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island) {
     const auto count = static_cast<Eigen::Index>(6 * island.bodies.size());
     std::vector<Matrix6> diagonal(island.bodies.size(), Matrix6::Zero());
     for (const int body : island.bodies) {
         const BodyRows& row = rows[static_cast<std::size_t>(body)];
-        Matrix6& mass = diagonal[static_cast<std::size_t>(place_[static_cast<std::size_t>(body)])];
+        Matrix6& mass = diagonal[static_cast<std::size_t>(place[static_cast<std::size_t>(body)])];
         mass.topLeftCorner<3, 3>() = Mat3::Identity() / row.x[0];
         mass.bottomRightCorner<3, 3>() = inverse_inertia_of(row).inverse();
     }
@@ -223,8 +223,8 @@ void IslandNewton::assemble(const Blocks& loop, std::span<const BodyRows> rows, 
     };
     for (std::size_t n = 0; n < active_.size(); ++n) {
         const Block& block = loop.blocks[static_cast<std::size_t>(active_[n].block)];
-        const int a = place_[static_cast<std::size_t>(block.a)];
-        const int b = place_[static_cast<std::size_t>(block.b)];
+        const int a = place[static_cast<std::size_t>(block.a)];
+        const int b = place[static_cast<std::size_t>(block.b)];
         Matrix6 between = Matrix6::Zero();
         const auto rows_of = static_cast<std::size_t>(active_[n].normal_rows + active_[n].friction_rows);
         for (std::size_t k = active_[n].first; k < active_[n].first + rows_of; ++k) {
@@ -255,13 +255,13 @@ void IslandNewton::assemble(const Blocks& loop, std::span<const BodyRows> rows, 
 }
 
 /// One solution with the present factors, for what is still missing of the targets.
-void IslandNewton::refine(const Blocks& loop, const Island& island) {
+void IslandNewton::refine(const Blocks& loop, std::span<const int> place, const Island& island) {
     Eigen::VectorXd load = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * island.bodies.size()));
     const auto for_each = [&](auto&& work) {
         for (const Active& active : active_) {
             const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
-            const int a = place_[static_cast<std::size_t>(block.a)];
-            const int b = place_[static_cast<std::size_t>(block.b)];
+            const int a = place[static_cast<std::size_t>(block.a)];
+            const int b = place[static_cast<std::size_t>(block.b)];
             const auto count = static_cast<std::size_t>(active.normal_rows + active.friction_rows);
             for (std::size_t k = active.first; k < active.first + count; ++k) {
                 work(rows_[k], a, b);
@@ -323,6 +323,9 @@ void IslandNewton::give_back(Blocks& loop, const Active& active, std::span<const
     const Vec3 l = frame.frame * wrench.tail<3>();
     const auto push = [&](int body, const Vec3& r, double sign) {
         const auto i = static_cast<std::size_t>(body);
+        if (rows[i].x[0] == 0.0) {
+            return; // of other solves, too
+        }
         velocity[i].v += sign * rows[i].x[0] * p;
         velocity[i].w += sign * (inverse_inertia_of(rows[i]) * (r.cross(p) + l));
     };
@@ -330,10 +333,11 @@ void IslandNewton::give_back(Blocks& loop, const Active& active, std::span<const
     push(block.b, frame.r_b, -1.0);
 }
 
-void IslandNewton::step(Blocks& loop, const Island& island, std::span<const BodyRows> rows, std::span<Velocity> velocity) {
+void IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity) {
+    const std::span<const BodyRows> rows = bodies.rows;
+    std::vector<int>& place = bodies.place;
     active_.clear();
     rows_.clear();
-    place_.resize(rows.size(), -1);
     const auto inverse_mass = [&](int body) { return rows[static_cast<std::size_t>(body)].x[0]; };
     const double least = inverse_mass(*std::ranges::min_element(island.bodies, {}, inverse_mass));
     for (const int i : island.blocks) {
@@ -341,18 +345,18 @@ void IslandNewton::step(Blocks& loop, const Island& island, std::span<const Body
         const double own = std::max(inverse_mass(block.a), inverse_mass(block.b));
         add_block(loop, i, island.compliance * least / own, velocity);
     }
-    find_places(loop, island);
-    assemble(loop, rows, island);
+    find_places(loop, island, place);
+    assemble(loop, rows, place, island);
     if (factors_.info() == Eigen::Success) {
         for (int i = 0; i < refinements; ++i) {
-            refine(loop, island);
+            refine(loop, place, island);
         }
         for (const Active& active : active_) {
             give_back(loop, active, rows, velocity);
         }
     }
     for (const int body : island.bodies) {
-        place_[static_cast<std::size_t>(body)] = -1;
+        place[static_cast<std::size_t>(body)] = -1;
     }
 }
 

@@ -15,6 +15,7 @@
 namespace sim {
 
 class Blocks;
+struct BlockBodies;
 
 /// Dynamic bodies that contacts connect, and the blocks between them.
 struct Island {
@@ -35,11 +36,11 @@ double sliding_share(const Blocks& loop, const Island& island);
 class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction
-    /// is held. rows: bodies as the interval begins [body_count].
+    /// is held.
     /// island.compliance: added to the diagonal of each equation, as a share [-] of the response that its block would have
     /// with the island's heaviest body in place of its lighter one: light bodies do not sink under a heavy one. Where blocks ask for more than rigid bodies
     /// can do, a step throws loads by about the inverse of that share.
-    void step(Blocks& loop, const Island& island, std::span<const BodyRows> rows, std::span<Velocity> velocity);
+    void step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity);
 
 private:
     /// An equation of a block: a velocity that is to reach its target.
@@ -68,14 +69,13 @@ private:
     void add_block(const Blocks& loop, int block, double compliance, std::span<const Velocity> velocity);
     void add_normal_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
-    void find_places(const Blocks& loop, const Island& island);
-    void assemble(const Blocks& loop, std::span<const BodyRows> rows, const Island& island);
-    void refine(const Blocks& loop, const Island& island);
+    void find_places(const Blocks& loop, const Island& island, std::span<int> place);
+    void assemble(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island);
+    void refine(const Blocks& loop, std::span<const int> place, const Island& island);
     void give_back(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const;
 
     std::vector<Active> active_;
     std::vector<Row> rows_;
-    std::vector<int> place_; ///< [body_count] of a body of the island among its unknowns; else -1
     std::vector<Eigen::Triplet<double>> entries_;
     Eigen::SparseMatrix<double> matrix_;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>> factors_;

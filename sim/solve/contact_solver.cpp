@@ -74,26 +74,24 @@ void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pai
         to_.add(joint.a);
         to_.add(joint.b);
     }
-    to_.move_others(bodies, contacts_.loop.workers);
-    contacts_.begin(bodies, pairs, settings, rules_, to_);
-    is_guess_ = true;
-    enough_ = 0.0;
+    to_.move_others(bodies, workers_);
+    change_.resize(bodies.props.size());
+    groups_.form(bodies, pairs, joints, to_.solved, workers_);
 }
 
 /// Takes what is uncertain out of the guess: g, the impulses that answered an impact; all of them, from a shorter interval or an
 /// unconverged solve. The gaps are measured without it: those of bodies that all of g may turn by a radian tell nothing.
-void ContactSolver::take_uncertain() {
-    change_.resize(to_.velocity.size());
-    for (const std::size_t i : to_.solved) {
+void ContactSolver::take_uncertain(ContactGroup& group) {
+    for (const std::size_t i : group.bodies) {
         change_[i] = {};
     }
-    contacts_.apply_uncertain(change_);
-    changed_.clear();
-    for (const std::size_t i : to_.solved) {
+    group.contacts.apply_uncertain(change_);
+    group.changed.clear();
+    for (const std::size_t i : group.bodies) {
         if (change_[i].v.isZero(0.0) && change_[i].w.isZero(0.0)) {
             continue;
         }
-        changed_.push_back(i);
+        group.changed.push_back(i);
         to_.velocity[i].v -= change_[i].v;
         to_.velocity[i].w -= change_[i].w;
     }
@@ -102,21 +100,21 @@ void ContactSolver::take_uncertain() {
 /// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at -g.r / g.A g, where r
 /// is how much faster than their targets the contacts part with f alone, and g.A g twice the kinetic energy of what g changes.
 /// All of it is given back where that is nearer than none. The targets stay those of f alone until the next measurement.
-void ContactSolver::give_uncertain(const Bodies& bodies) {
+void ContactSolver::give_uncertain(const Bodies& bodies, ContactGroup& group) {
     double energy = 0.0; // g.A g [J]
-    for (const std::size_t i : changed_) {
+    for (const std::size_t i : group.changed) {
         energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
     }
     if (energy == 0.0) {
         return;
     }
-    const double best = std::clamp(-contacts_.uncertain_work(to_.velocity) / energy, 0.0, 1.0);
+    const double best = std::clamp(-group.contacts.uncertain_work(to_.velocity) / energy, 0.0, 1.0);
     const double share = best > 0.5 ? 1.0 : best;
-    for (const std::size_t i : changed_) {
+    for (const std::size_t i : group.changed) {
         to_.velocity[i].v += share * change_[i].v;
         to_.velocity[i].w += share * change_[i].w;
     }
-    contacts_.scale_uncertain(share);
+    group.contacts.scale_uncertain(share);
 }
 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
@@ -126,50 +124,73 @@ double ContactSolver::part_of(double tolerance) const {
 
 /// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than this part [-] of what is enough.
 /// Returns their number.
-int ContactSolver::iterate(int budget, double part, bool& converged) {
+int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& converged) {
+    Blocks& loop = group.contacts.loop;
     const double tolerance = iteration_tolerance_;
     const double joint_tolerance = part_of(settings_.joint_tolerance) / rules_.h;
-    const bool has_joints = !joints_.empty();
+    const bool with_joints = group.has_joints;
     int count = 0;
     bool has_yielded = false;
     double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
-    contacts_.loop.wake();
+    loop.wake();
     for (converged = false; count < budget && !converged; ++count) {
-        const double missing = has_joints ? joints_.solve(to_.velocity) : 0.0;
+        const double missing = with_joints ? joints_.solve(to_.velocity) : 0.0;
         const double skip = skip_share * std::min(tolerance, last);
-        last = contacts_.loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h);
-        if (enough_ == 0.0) {
-            enough_ = std::min(tolerance, std::max(solved_share * last, settled_change));
+        last = loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h);
+        if (group.enough == 0.0) {
+            group.enough = std::min(tolerance, std::max(solved_share * last, settled_change));
         }
-        converged = last <= part * enough_ || (contacts_.loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
+        converged = last <= part * group.enough || (loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
         // A row that is wedged between two walls cannot leave both: asked to, it would push harder in every sweep.
-        if (contacts_.loop.stalls() && !converged && !std::exchange(has_yielded, true)) {
-            contacts_.yield();
+        if (loop.stalls() && !converged && !std::exchange(has_yielded, true)) {
+            group.contacts.yield();
         }
-        converged = converged && (contacts_.loop.empty() || !has_joints || (count > 0 && missing <= joint_tolerance));
+        converged = converged && (loop.empty() || !with_joints || (count > 0 && missing <= joint_tolerance));
     }
     return count;
 }
 
-ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
-                                        std::span<const Joint> joints) {
+ContactSolveReport ContactSolver::solve(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints) {
+    const auto is_due = [](const ContactGroup& group) { return group.is_due; };
+    groups_.for_each(workers_, is_due, [&](ContactGroup& group) { solve_group(bodies, pairs, joints, group); });
     ContactSolveReport report;
-    const GapMeasure gaps{bodies, pairs, settings_, to_, contacts_};
-    const bool is_guess = std::exchange(is_guess_, false);
-    if (is_guess) {
-        take_uncertain();
+    for (ContactGroup& group : groups_) {
+        if (std::exchange(group.is_due, false)) {
+            report.iterations = std::max(report.iterations, group.report.iterations);
+        }
+        report.residual = std::max(report.residual, group.report.residual);
+        report.joint_residual = std::max(report.joint_residual, group.report.joint_residual);
+        report.converged = report.converged && group.report.converged;
     }
-    to_.update(bodies, to_.solved, contacts_.loop.workers);
+    converged_ = report.converged;
+    return report;
+}
+
+void ContactSolver::solve_group(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+                                ContactGroup& group) {
+    RestingContacts& contacts = group.contacts;
+    Workers* const workers = contacts.loop.workers;
+    const bool with_joints = group.has_joints;
+    const bool is_guess = !std::exchange(group.is_begun, true);
+    if (is_guess) {
+        contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_);
+        group.enough = 0.0;
+        take_uncertain(group);
+    }
+    ContactSolveReport& report = group.report;
+    report = {};
+    const GapMeasure gaps{bodies, pairs, settings_, to_, contacts};
+    to_.update(bodies, group.bodies, workers);
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     double part = 1.0; // see iterate()
-    for (int outer = 0; outer < most_rounds && !(contacts_.loop.empty() && joints_.empty()); ++outer) {
+    for (int outer = 0; outer < most_rounds && !(contacts.loop.empty() && !with_joints); ++outer) {
         const double residual_before = report.residual;
         report.residual = gaps.measure();
         report.joint_residual =
-            joints_.empty() ? 0.0 : joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
+            with_joints ? joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share) : 0.0;
         if (outer == 0 && is_guess) {
-            give_uncertain(bodies);
+            give_uncertain(bodies, group);
         }
         if (outer > 0 && report.residual <= left_share * gap_tolerance &&
             report.joint_residual <= joint_tolerance) {
@@ -184,24 +205,21 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
             part *= left_share; // what the linear solve before asked for has not been enough
         }
         bool converged = false;
-        report.iterations += iterate(left, part, converged);
-        for (int round = 0; round < most_rounds && converged && contacts_.update_marks(bodies, pairs, to_.velocity); ++round) {
-            report.iterations +=
-                iterate(std::max(settings_.iteration_limit - report.iterations, 1), part, converged);
+        report.iterations += iterate(group, left, part, converged);
+        for (int round = 0; round < most_rounds && converged && contacts.update_marks(bodies, pairs, to_.velocity); ++round) {
+            report.iterations += iterate(group, std::max(settings_.iteration_limit - report.iterations, 1), part, converged);
         }
-        to_.update(bodies, to_.solved, contacts_.loop.workers);
+        to_.update(bodies, group.bodies, workers);
     }
-    report.converged =
-        report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
-    converged_ = report.converged;
-    return report;
+    report.converged = report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
 }
 
 void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs,
                                    std::span<Joint> joints) {
     memory_interval_ = converged_ ? rules_.h : 0.0;
     at_node_ = bodies.velocity;
-    contacts_.store(bodies, pairs, to_.velocity, at_node_);
+    const auto has_any = [](const ContactGroup& group) { return !group.contacts.loop.empty(); };
+    groups_.for_each(workers_, has_any, [&](ContactGroup& group) { group.contacts.store(pairs, group.pairs, to_, at_node_); });
     joints_.store(joints, joint_weight_);
     joints_.add_before(joint_weight_, at_node_);
     for (Joint& joint : joints) {
@@ -209,9 +227,33 @@ void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContact
     }
 }
 
+int ContactSolver::contact_count() const {
+    std::size_t count = 0;
+    for (const ContactGroup& group : groups_) {
+        count += group.contacts.loop.contacts.size();
+    }
+    return static_cast<int>(count);
+}
+
+Unsettled ContactSolver::least_settled() {
+    Unsettled found;
+    for (ContactGroup& group : groups_) {
+        const Unsettled of_group = group.contacts.loop.least_settled();
+        if (found.island == 0 || of_group.change > found.change) {
+            found = of_group;
+        }
+    }
+    return found;
+}
+
 DriveWork ContactSolver::drive_work(const Bodies& bodies) {
     const std::vector<Velocity> velocity = kinematic_velocity(bodies);
-    DriveWork work = contacts_.work_by(velocity);
+    DriveWork work;
+    for (const ContactGroup& group : groups_) {
+        const DriveWork of_group = group.contacts.work_by(velocity);
+        work.all += of_group.all;
+        work.ahead += of_group.ahead;
+    }
     const JointSolver::Kick kick{bodies.velocity, at_node_, to_.velocity};
     const DriveWork of_joints = joints_.work(velocity, joints_.has_motors() ? &kick : nullptr);
     work.all += of_joints.all;

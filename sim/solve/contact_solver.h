@@ -1,46 +1,36 @@
 #pragma once
 /// Resting contacts at position level (Bender & Schmitt 2006, sec. 3.2): impulses at t0 such that the
 /// predicted gaps at t0 + h are closed.
-#include "sim/solve/joint.h"
-#include "sim/solve/resting_contacts.h"
+#include "sim/solve/contact_groups.h"
 
 namespace sim {
-
-struct GapMeasure;
-
-struct ContactSolveReport {
-    int iterations = 0;
-    double residual = 0.0;       ///< [m] largest gap error at the predicted poses
-    double joint_residual = 0.0; ///< [m]
-    bool converged = true;
-};
 
 /// One solve over an interval. Keeps its arrays between steps.
 class ContactSolver {
 public:
     /// Threads that share its loops; the result does not depend on them.
-    void set_workers(Workers* workers) { contacts_.loop.workers = workers; }
-    /// Its blocks from prepare() to the end of the step; in between their memory serves collisions.
-    Blocks& blocks() { return contacts_.loop; }
+    void set_workers(Workers* workers) { workers_ = workers; }
+    /// Of its first group, from prepare() to the end of the step; in between their memory serves collisions.
+    Blocks& blocks() { return groups_.front().contacts.loop; }
 
-    /// Blocks for all contacts of `pairs` at the poses of `bodies`, warm-started. `bodies.velocity` are those
-    /// at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.
+    /// Groups of all contacts of `pairs` at the poses of `bodies`, which the first solve() warm-starts. `bodies.velocity` are
+    /// those at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.
     /// `pairs` and what they hold stay where they are until store_impulses(), but for pairs that are added, or dropped.
     void prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                  const StepSettings& settings, double h);
 
-    /// See RestingContacts.
+    /// See ContactGroups.
     void add_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
                       std::span<const Velocity> at_node) {
-        contacts_.add(bodies, pairs, added, at_node, to_);
+        groups_.add(bodies, pairs, added, at_node, to_);
     }
     void drop_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair) {
-        contacts_.drop(bodies, pairs, pair, to_);
+        groups_.drop(bodies, pairs, pair, to_);
     }
 
-    /// Iterates until the predicted gaps are closed. Fills velocity() and predicted().
-    ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
-                             std::span<const Joint> joints);
+    /// Iterates until the predicted gaps are closed, in the groups where contacts have been added or dropped since. Fills
+    /// velocity() and predicted(). iterations: the most of a group.
+    ContactSolveReport solve(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints);
 
     /// Stores impulses and marks in the memory of pairs and joints.
     void store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Joint> joints);
@@ -56,8 +46,8 @@ public:
     std::span<const Pose> predicted() const { return to_.pose; }              ///< at t0 + h
     /// Velocities at t0 itself, once the impulses are stored: with the share of them that acts before it (Verlet's half).
     std::span<const Velocity> velocity_at_node() const { return at_node_; }
-    int contact_count() const { return static_cast<int>(contacts_.loop.contacts.size()); }
-    Unsettled least_settled() { return contacts_.loop.least_settled(); }
+    int contact_count() const;
+    Unsettled least_settled();
 
     /// Puts or gets what is planned, and what the next solve takes from this one beside the memory of pairs and joints.
     template <typename Archive>
@@ -81,23 +71,22 @@ private:
 
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
-    void take_uncertain();
-    void give_uncertain(const Bodies& bodies);
-    int iterate(int budget, double part, bool& converged);
+    void take_uncertain(ContactGroup& group);
+    void give_uncertain(const Bodies& bodies, ContactGroup& group);
+    int iterate(ContactGroup& group, int budget, double part, bool& converged);
+    void solve_group(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
 
     StepSettings settings_;
     RestRules rules_;
     double iteration_tolerance_ = 0.0; ///< [m/s]
-    RestingContacts contacts_;
+    Workers* workers_ = nullptr;
+    ContactGroups groups_;
     JointSolver joints_;
     std::vector<double> joint_weight_; ///< [joint_count]
     Prediction to_;
     std::vector<Velocity> at_node_;    ///< see velocity_at_node()
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] memory of take_uncertain()
-    std::vector<std::size_t> changed_; ///< by it: bodies that the uncertain share moves
-    bool is_guess_ = false;            ///< the impulses are those of the last interval
-    double enough_ = 0.0;              ///< [m/s] change that ends the sweeps; 0 until the first one of the interval
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };
 

@@ -79,28 +79,30 @@ double RestingContacts::force_share(const Block& block) const {
 
 /// Which bodies impacts hit, and which they reach through contacts that pass them on. An impact acts as a whole within the
 /// interval, and so do the answers of the contacts that these bodies have: the instants before and after have no part of them.
-void RestingContacts::find_hit_bodies(const Bodies& bodies) {
-    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) { work(RestPhase::hits, first, last, {}); });
-    is_reached_.assign(bodies.props.size(), 0);
-    // Calls reach(a, b), are they reached, for the bodies of the blocks in these lanes of batch i.
-    const auto for_each_in = [&](std::size_t i, unsigned lanes, auto&& reach) {
+void RestingContacts::find_hit_bodies(std::span<char> is_reached) {
+    loop.share_batches([&](std::size_t first, std::size_t last) { work(RestPhase::hits, first, last, {}); });
+    // Calls reach(body, is it reached?) for these bodies of the lanes.
+    const auto for_each_in = [&](const int* body, unsigned lanes, auto&& reach) {
         for (; lanes != 0; lanes &= lanes - 1) {
             const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
-            reach(is_reached_[static_cast<std::size_t>(loop.batches[i].a[lane])],
-                  is_reached_[static_cast<std::size_t>(loop.batches[i].b[lane])]);
+            reach(lane, is_reached[static_cast<std::size_t>(body[lane])]);
         }
     };
     bool is_passed_on = false;
     for (std::size_t i = 0; i < loop.batches.size(); ++i) {
-        for_each_in(i, rest_blocks[i].hit, [&](char& a, char& b) {
-            a = b = 1;
+        const BlockBatch& batch = loop.batches[i];
+        const auto reach = [&](std::size_t, char& body) {
+            body = 1;
             is_passed_on = true;
-        });
+        };
+        for_each_in(batch.a, rest_blocks[i].hit & batch.moves_a, reach);
+        for_each_in(batch.b, rest_blocks[i].hit & batch.moves_b, reach);
     }
     while (std::exchange(is_passed_on, false)) {
         for (std::size_t i = 0; i < loop.batches.size(); ++i) {
             const BlockBatch& batch = loop.batches[i];
-            for_each_in(i, rest_blocks[i].grows & batch.moves_a & batch.moves_b, [&](char& a, char& b) {
+            for_each_in(batch.a, rest_blocks[i].grows & batch.moves_a & batch.moves_b, [&](std::size_t lane, char& a) {
+                char& b = is_reached[static_cast<std::size_t>(batch.b[lane])];
                 is_passed_on = is_passed_on || a != b;
                 a = b = a | b;
             });
@@ -110,39 +112,39 @@ void RestingContacts::find_hit_bodies(const Bodies& bodies) {
         const BlockBatch& batch = loop.batches[i];
         unsigned hit = 0;
         for (unsigned lane = 0; lane < lane_count; ++lane) {
-            const unsigned of_a = is_reached_[static_cast<std::size_t>(batch.a[lane])] != 0 ? batch.moves_a : 0u;
-            const unsigned of_b = is_reached_[static_cast<std::size_t>(batch.b[lane])] != 0 ? batch.moves_b : 0u;
+            const unsigned of_a = is_reached[static_cast<std::size_t>(batch.a[lane])] != 0 ? batch.moves_a : 0u;
+            const unsigned of_b = is_reached[static_cast<std::size_t>(batch.b[lane])] != 0 ? batch.moves_b : 0u;
             hit |= (of_a | of_b) & (1u << lane);
         }
         rest_blocks[i].hit = hit;
     }
 }
 
-void RestingContacts::store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity,
+void RestingContacts::store(std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to,
                             std::span<Velocity> at_node) {
-    find_hit_bodies(bodies);
+    find_hit_bodies(to.is_reached);
     loop.share_colours([&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            RestWork work = work_of(RestPhase::store, i, i + 1, velocity);
+            RestWork work = work_of(RestPhase::store, i, i + 1, to.velocity);
             work.at_node = at_node.front().v.data();
             work_with_memory(work, i, pairs);
         }
     });
     if (!has_all_) {
-        forget_left_out(pairs);
+        forget_left_out(pairs, own);
     }
 }
 
 /// Contacts that no block holds have no impulses.
-void RestingContacts::forget_left_out(std::vector<PairContacts>& pairs) const {
+void RestingContacts::forget_left_out(std::vector<PairContacts>& pairs, std::span<const int> own) const {
     std::vector<const Contact*> held;
     for (const Block& block : loop.blocks) {
-        const std::span<const Contact* const> own = loop.contacts_of(block);
-        held.insert(held.end(), own.begin(), own.end());
+        const std::span<const Contact* const> in_block = loop.contacts_of(block);
+        held.insert(held.end(), in_block.begin(), in_block.end());
     }
     std::ranges::sort(held);
-    for (PairContacts& pair : pairs) {
-        for (Contact& contact : pair.manifold.contacts) {
+    for (const int i : own) {
+        for (Contact& contact : pairs[static_cast<std::size_t>(i)].manifold.contacts) {
             if (!std::ranges::binary_search(held, &contact)) {
                 contact.memory = {};
             }

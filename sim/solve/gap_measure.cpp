@@ -92,7 +92,7 @@ Displacement displacement(const Interval& of, const Contact& contact, const Vec3
 double GapMeasure::measure() const {
     Blocks& loop = contacts.loop;
     std::atomic<double> worst = 0.0;
-    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
+    loop.share_batches([&](std::size_t first, std::size_t last) {
         raise_to(worst, contacts.work(RestPhase::measure, first, last, to.velocity));
         for (std::size_t i = first; i < last; ++i) {
             raise_to(worst, measure_others(i));

@@ -2,6 +2,8 @@
 
 #include "sim/model/integrate.h"
 
+#include <utility>
+
 namespace sim {
 
 void Prediction::begin(const Bodies& bodies, const Vec3& gravity_of_scene, double interval) {
@@ -13,27 +15,34 @@ void Prediction::begin(const Bodies& bodies, const Vec3& gravity_of_scene, doubl
     rows.resize(count);
     solved.clear();
     is_solved.assign(count, 0);
+    is_reached.assign(count, 0);
     for (const KinematicBody& body : bodies.kinematic) {
         velocity[body.index] = body.motion.mean_velocity(bodies.time, interval);
         add(static_cast<int>(body.index));
     }
 }
 
-void Prediction::add(int body) {
+bool Prediction::add(int body) {
     const auto i = static_cast<std::size_t>(body);
-    if (is_solved[i] == 0) {
-        is_solved[i] = 1;
+    const bool is_new = std::exchange(is_solved[i], 1) == 0;
+    if (is_new) {
         solved.push_back(i);
     }
+    return is_new;
 }
 
 void Prediction::move_others(const Bodies& bodies, Workers* workers) {
     solved.clear();
+    std::vector<std::size_t> fixed;
     for (std::size_t i = 0; i < is_solved.size(); ++i) {
         if (is_solved[i] != 0) {
             solved.push_back(i);
+            if (bodies.props[i].is_static()) {
+                fixed.push_back(i);
+            }
         }
     }
+    update(bodies, fixed, workers);
     const auto move = [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             if (is_solved[i] == 0) {

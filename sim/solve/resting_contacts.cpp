@@ -18,15 +18,15 @@ ContactMemory no_memory;
 
 } // namespace
 
-void RestingContacts::begin(const Bodies& bodies, std::vector<PairContacts>& pairs, const StepSettings& settings,
-                            const RestRules& rules, Prediction& to) {
+void RestingContacts::begin(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> own,
+                            const StepSettings& settings, const RestRules& rules, Prediction& to) {
     settings_ = settings;
     rules_ = rules;
     before_ = bodies.velocity.front().v.data();
     end_ = to.rows.data();
     has_two_coefficients_ = false;
     has_all_ = true;
-    take_all(bodies, pairs);
+    take_all(bodies, pairs, own);
     sorted_blocks_ = loop.blocks.size();
     start(bodies, pairs, 0, to);
 }
@@ -37,8 +37,6 @@ void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs
     std::vector<const Contact*> taken;
     for (const int index : added) {
         const PairContacts& pair = pairs[static_cast<std::size_t>(index)];
-        to.add(pair.manifold.body_a);
-        to.add(pair.manifold.body_b);
         taken.resize(pair.manifold.contacts.size());
         taken.resize(take(bodies, pair, taken.data()));
         has_all_ = has_all_ && taken.size() == pair.manifold.contacts.size();
@@ -48,7 +46,9 @@ void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs
         loop.add(first, block_like(pair, index));
     }
     start(bodies, pairs, first_block, to);
-    find_late_impacts(first_block, at_node);
+    if (!at_node.empty()) {
+        find_late_impacts(first_block, at_node);
+    }
 }
 
 void RestingContacts::drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to) {
@@ -93,36 +93,39 @@ std::size_t RestingContacts::take(const Bodies& bodies, const PairContacts& pair
     return count;
 }
 
-/// Blocks and contacts of all pairs.
-void RestingContacts::take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+/// Blocks and contacts of the pairs.
+void RestingContacts::take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own) {
+    const auto pair_of = [&](std::size_t i) -> const PairContacts& { return pairs[static_cast<std::size_t>(own[i])]; };
     struct Size {
         std::size_t blocks = 0;
         std::size_t contacts = 0;
     };
-    std::vector<Size> end(pairs.size() + 1); // before each pair, and at the end
-    loop.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+    std::vector<Size> end(own.size() + 1); // before each pair, and at the end
+    loop.share(own.size(), [&](std::size_t first, std::size_t last) {
         std::vector<const Contact*> taken;
         for (std::size_t i = first; i < last; ++i) {
-            end[i + 1] = {pairs[i].blocks, pairs[i].manifold.contacts.size()};
+            const PairContacts& pair = pair_of(i);
+            end[i + 1] = {pair.blocks, pair.manifold.contacts.size()};
             if (settings_.impacts == ImpactHandling::stop) {
-                taken.resize(pairs[i].manifold.contacts.size());
-                taken.resize(take(bodies, pairs[i], taken.data()));
+                taken.resize(pair.manifold.contacts.size());
+                taken.resize(take(bodies, pair, taken.data()));
                 end[i + 1] = {block_count(taken), taken.size()};
             }
         }
     });
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-        has_all_ = has_all_ && end[i + 1].contacts == pairs[i].manifold.contacts.size();
-        has_two_coefficients_ = has_two_coefficients_ || pairs[i].material.mu_s != pairs[i].material.mu_d;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        const PairContacts& pair = pair_of(i);
+        has_all_ = has_all_ && end[i + 1].contacts == pair.manifold.contacts.size();
+        has_two_coefficients_ = has_two_coefficients_ || pair.material.mu_s != pair.material.mu_d;
         end[i + 1].blocks += end[i].blocks;
         end[i + 1].contacts += end[i].contacts;
     }
     loop.clear(end.back().blocks, end.back().contacts);
-    loop.share(pairs.size(), [&](std::size_t first, std::size_t last) {
+    loop.share(own.size(), [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            take(bodies, pairs[i], loop.contacts.data() + end[i].contacts);
+            take(bodies, pair_of(i), loop.contacts.data() + end[i].contacts);
             loop.split(std::span(loop.blocks).subspan(end[i].blocks, end[i + 1].blocks - end[i].blocks), end[i].contacts,
-                       end[i + 1].contacts, block_like(pairs[i], static_cast<int>(i)));
+                       end[i + 1].contacts, block_like(pair_of(i), own[i]));
         }
     });
 }
@@ -266,7 +269,7 @@ void RestingContacts::apply_uncertain(std::span<Velocity> change) {
 
 double RestingContacts::uncertain_work(std::span<const Velocity> velocity) {
     parts_.resize(loop.batches.size());
-    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
+    loop.share_batches([&](std::size_t first, std::size_t last) {
         RestWork work = work_of(RestPhase::uncertain_work, first, last, {});
         work.before = velocity.front().v.data();
         work.parts = parts_.data() + first;
@@ -276,11 +279,11 @@ double RestingContacts::uncertain_work(std::span<const Velocity> velocity) {
 }
 
 void RestingContacts::yield() {
-    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) { work(RestPhase::yield, first, last, {}); });
+    loop.share_batches([&](std::size_t first, std::size_t last) { work(RestPhase::yield, first, last, {}); });
 }
 
 void RestingContacts::scale_uncertain(double kept) {
-    loop.share(loop.batches.size(), [&](std::size_t first, std::size_t last) {
+    loop.share_batches([&](std::size_t first, std::size_t last) {
         RestWork work = work_of(RestPhase::scale, first, last, {});
         work.kept = kept;
         work_on_rest(work);

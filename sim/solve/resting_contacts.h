@@ -16,14 +16,16 @@ inline constexpr double wander_share = 0.02;
 /// Keeps its arrays between steps.
 class RestingContacts {
 public:
+    explicit RestingContacts(std::shared_ptr<BlockBodies> bodies) : loop(std::move(bodies)) {}
+
     Blocks loop;
     std::vector<RestPoint> rest_points; ///< [loop.points]
     std::vector<RestBlock> rest_blocks; ///< [loop.batches]
 
-    /// Takes the contacts of all pairs at the poses of `bodies`; the bodies of `to` get the impulses that they start from.
-    /// `pairs` and what they hold stay where they are until store(), but for pairs that are added, or dropped.
-    void begin(const Bodies& bodies, std::vector<PairContacts>& pairs, const StepSettings& settings, const RestRules& rules,
-               Prediction& to);
+    /// Takes the contacts of the pairs `own`, ascending, at the poses of `bodies`; the bodies of `to` get the impulses that
+    /// they start from. `pairs` and what they hold stay where they are until store(), but for pairs that are added, or dropped.
+    void begin(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> own, const StepSettings& settings,
+               const RestRules& rules, Prediction& to);
 
     /// Adds the contacts of the pairs `added`. at_node [body_count]: velocities at t0, after its collisions; a contact that
     /// approaches faster than the resting threshold even so was not there to collide, and counts as placed before its
@@ -48,8 +50,9 @@ public:
     /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
     bool update_marks(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);
 
-    /// Stores impulses and marks in the pairs' memory, and gives the bodies at t0 what acts before it of the impulses.
-    void store(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Velocity> velocity, std::span<Velocity> at_node);
+    /// Stores impulses and marks in the memory of pairs, those in `own`, and gives the bodies at t0 what acts before it of the
+    /// impulses.
+    void store(std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to, std::span<Velocity> at_node);
 
     /// Once they are stored: what kinematic bodies do by the impulses. velocity: kinematic_velocity().
     DriveWork work_by(std::span<const Velocity> velocity) const;
@@ -60,7 +63,7 @@ public:
 private:
     void remember(const Block& block, PairContacts& pair) const;
     std::size_t take(const Bodies& bodies, const PairContacts& pair, const Contact** to) const;
-    void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own);
     void start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to);
     void start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i, std::span<Velocity> velocity);
     void start_lane(const Bodies& bodies, std::size_t i, std::size_t lane);
@@ -70,8 +73,8 @@ private:
     void set_mark(Block& block, bool sticks);
     bool update_mark(const Bodies& bodies, const PairContacts& pair, Block& block, std::span<const Velocity> velocity);
     double force_share(const Block& block) const;
-    void find_hit_bodies(const Bodies& bodies);
-    void forget_left_out(std::vector<PairContacts>& pairs) const;
+    void find_hit_bodies(std::span<char> is_reached);
+    void forget_left_out(std::vector<PairContacts>& pairs, std::span<const int> own) const;
 
     StepSettings settings_;
     RestRules rules_;
@@ -80,7 +83,6 @@ private:
     bool has_two_coefficients_ = false; ///< mu_s and mu_d differ somewhere
     std::size_t sorted_blocks_ = 0;     ///< so many are in the order of their pairs; then those added
     bool has_all_ = true;               ///< no contact was left out
-    std::vector<char> is_reached_;      ///< [body_count] by an impact, or by contacts that pass it on
     std::vector<double> parts_;         ///< [loop.batches] memory of apply_uncertain()
 };
 

@@ -28,9 +28,8 @@ struct Stack {
                      {Vec3(0, 0, 0.5 + gap + i * (1.0 + gap)), Quat::Identity()});
         }
         add_body(bodies, make_props(Plane{}, 0.0), Pose{});
-        pair(0, count);
-        for (int i = 1; i < count; ++i) {
-            pair(i - 1, i);
+        for (int i = 0; i < count; ++i) {
+            i == 0 ? pair(0, count) : pair(i - 1, i);
         }
     }
     void pair(int a, int b) {
@@ -118,6 +117,74 @@ TEST(contact_solver, contacts_that_take_the_place_of_others_start_from_their_imp
     stack.solver.drop_contacts(stack.bodies, stack.pairs, 0);
     stack.solver.add_contacts(stack.bodies, stack.pairs, std::vector<int>{0}, stack.bodies.velocity);
     EXPECT_NEAR(stack.solver.velocity()[0].v.z(), held, 1e-15);
+}
+
+namespace {
+
+/// A floor, cubes side by side on it, each an island of its own, as many as make a group, and `others` more; then those of a tower.
+Stack row_and_tower(int others, int tower) {
+    Stack row(0);
+    const auto add_cube = [&](double x, double z) {
+        add_body(row.bodies, make_props(Box{}, 1000.0), {Vec3(x, 0, z), Quat::Identity()});
+    };
+    const int count = 256 + others;
+    for (int i = 0; i < count; ++i) {
+        add_cube(i, 0.5);
+        row.pair(0, i + 1);
+    }
+    for (int i = 0; i < tower; ++i) {
+        add_cube(-10.0, 0.5 + i);
+        row.pair(i == 0 ? 0 : count + i, count + i + 1);
+    }
+    return row;
+}
+
+} // namespace
+
+/// Both start from impulses of a shorter interval, of which those of the row are far too large.
+TEST(contact_solver, a_group_is_solved_as_if_it_were_alone) {
+    Stack alone(10);
+    Stack both = row_and_tower(0, 10);
+    for (Stack* stack : {&alone, &both}) {
+        stack->solver.prepare(stack->bodies, stack->pairs, {}, stack->settings, 0.5 * h);
+        stack->solver.solve(stack->bodies, stack->pairs, {});
+        stack->solver.store_impulses(stack->bodies, stack->pairs, {});
+    }
+    for (std::size_t i = 0; i < 256; ++i) {
+        for (Contact& contact : both.pairs[i].manifold.contacts) {
+            contact.memory.p_n *= 3.0;
+        }
+    }
+    alone.solve();
+    both.solve();
+    for (std::size_t i = 0; i < 10; ++i) {
+        EXPECT_EQ(both.solver.velocity()[257 + i].v.z(), alone.solver.velocity()[i].v.z());
+        EXPECT_EQ(both.solver.predicted()[257 + i].position.z(), alone.solver.predicted()[i].position.z());
+    }
+}
+
+TEST(contact_solver, groups_that_a_contact_connects_become_one) {
+    Stack row = row_and_tower(10, 0);
+    const std::size_t last = 256; // of the first group; the next cube touches it
+    row.bodies.velocity[last].v.x() = 0.1;
+    row.solver.prepare(row.bodies, row.pairs, {}, row.settings, h);
+    row.solver.solve(row.bodies, row.pairs, {});
+    const std::vector<Velocity> before(row.solver.velocity().begin(), row.solver.velocity().end());
+    EXPECT_NEAR(before[last].v.x(), 0.1, 1e-12);
+    row.pair(256, 257);
+    row.solver.add_contacts(row.bodies, row.pairs, std::vector<int>{static_cast<int>(row.pairs.size()) - 1},
+                            row.bodies.velocity);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        EXPECT_NEAR((row.solver.velocity()[i].v - before[i].v).norm(), 0.0, 1e-15);
+    }
+    row.solver.solve(row.bodies, row.pairs, {});
+    row.solver.store_impulses(row.bodies, row.pairs, {});
+    EXPECT_GE(row.solver.predicted()[257].position.x() - row.solver.predicted()[256].position.x(),
+              1.0 - row.settings.tolerance);
+    EXPECT_NEAR(row.solver.velocity()[257].v.x(), 0.05, 1e-6);
+    for (std::size_t i = 0; i + 1 < row.pairs.size(); ++i) {
+        EXPECT_NEAR(row.load(i), 1000.0 * g * h / 2.0, 1000.0 * row.settings.tolerance / h);
+    }
 }
 
 /// An impulse of a shorter interval, taken as a force, would turn the cube once about itself: how far its corners are from the

@@ -67,6 +67,28 @@ TEST(world, any_number_of_threads_gives_the_same_state) {
     EXPECT_EQ(run(scene, 5, 230).hash, one.hash);
 }
 
+TEST(world, any_number_of_threads_gives_the_same_state_of_many_islands) {
+    const SceneDef scene = parse_scene(R"(
+[[body]]
+name = "floor"
+shape = { kind = "plane" }
+static = true
+friction = 0.5
+[[lattice]]
+name = "box"
+count = [8, 8, 40]
+spacing = [2, 2, 1.0001]
+origin = [0, 0, 0.5]
+[lattice.body]
+shape = { kind = "box", size = [1, 1, 1] }
+friction = 0.5
+)",
+                                       "columns.toml"); // ten groups: each thread solves some
+    const Outcome one = run(scene, 1, 10);
+    EXPECT_EQ(run(scene, 2, 10).hash, one.hash);
+    EXPECT_EQ(run(scene, 5, 10).hash, one.hash);
+}
+
 TEST(world, overlaps_stay_within_the_tolerance_in_every_reported_step) {
     const SceneDef scene = heap_of_cubes(2);
     const Outcome outcome = run(scene, 1, 500);

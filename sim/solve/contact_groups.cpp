@@ -1,0 +1,205 @@
+#include "sim/solve/contact_groups.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace sim {
+namespace {
+
+/// A group gets islands until it has so many pairs [-]: of stacked boxes that is a quarter of a megabyte of batches.
+constexpr std::size_t group_size = 256;
+
+/// The first body of an island. nearer: of each body one that is nearer to it, or is it.
+int first_of(std::vector<int>& nearer, int body) {
+    for (;;) {
+        int& next = nearer[static_cast<std::size_t>(body)];
+        if (next == body) {
+            return body;
+        }
+        next = nearer[static_cast<std::size_t>(next)];
+        body = next;
+    }
+}
+
+void unite(std::vector<int>& nearer, int a, int b) {
+    a = first_of(nearer, a);
+    b = first_of(nearer, b);
+    nearer[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+}
+
+} // namespace
+
+bool ContactGroups::is_large(const ContactGroup& group) {
+    return group.has_joints || group.pairs.size() >= 2 * group_size;
+}
+
+void ContactGroups::begin_group(std::size_t index) {
+    if (index == groups_.size()) {
+        groups_.emplace_back(block_bodies_);
+    }
+    ContactGroup& group = groups_[index];
+    group.pairs.clear();
+    group.bodies.clear();
+    group.has_joints = false;
+    group.is_begun = false;
+    group.is_due = true;
+}
+
+void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+                         std::span<const std::size_t> solved, Workers* workers) {
+    block_bodies_->begin(bodies, solved, workers);
+    first_of_.resize(bodies.props.size());
+    size_.resize(bodies.props.size());
+    for (const std::size_t i : solved) {
+        first_of_[i] = bodies.props[i].is_static() ? -1 : static_cast<int>(i);
+        size_[i] = 0;
+    }
+    const auto moves = [&](int body) { return first_of_[static_cast<std::size_t>(body)] >= 0; };
+    mover_.clear();
+    for (const PairContacts& pair : pairs) {
+        const auto [a, b] = std::pair(pair.manifold.body_a, pair.manifold.body_b);
+        mover_.push_back(moves(a) ? a : b);
+        if (moves(a) && moves(b)) {
+            unite(first_of_, a, b);
+        }
+    }
+    int jointed = -1;
+    for (const Joint& joint : joints) {
+        for (const int body : {joint.a, joint.b}) {
+            if (moves(body)) {
+                jointed = jointed < 0 ? body : jointed;
+                unite(first_of_, jointed, body);
+            }
+        }
+    }
+    for (const std::size_t i : solved) {
+        if (moves(static_cast<int>(i))) {
+            first_of_[i] = first_of_[static_cast<std::size_t>(first_of_[i])]; // that one, earlier, is right
+        }
+    }
+    const auto island_of = [&](int body) { return static_cast<std::size_t>(first_of_[static_cast<std::size_t>(body)]); };
+    for (const int mover : mover_) {
+        ++size_[island_of(mover)];
+    }
+    group_of_.assign(bodies.props.size(), -1); // of islands by their first bodies, then of all
+    begin_group(0);
+    groups_.front().has_joints = !joints.empty();
+    std::size_t used = 1;
+    std::size_t filled = 0; // pairs of the islands in the last group
+    const auto add_island = [&](std::size_t first) {
+        if (filled >= group_size) {
+            begin_group(used++);
+            filled = 0;
+        }
+        group_of_[first] = static_cast<int>(used) - 1;
+        filled += size_[first];
+    };
+    if (jointed >= 0) {
+        add_island(island_of(jointed));
+    }
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const std::size_t first = island_of(mover_[i]);
+        if (group_of_[first] < 0) {
+            add_island(first);
+        }
+        groups_[static_cast<std::size_t>(group_of_[first])].pairs.push_back(static_cast<int>(i));
+    }
+    while (groups_.size() > used) {
+        groups_.pop_back();
+    }
+    for (const std::size_t i : solved) {
+        if (moves(static_cast<int>(i))) {
+            group_of_[i] = group_of_[static_cast<std::size_t>(first_of_[i])];
+            groups_[static_cast<std::size_t>(group_of_[i])].bodies.push_back(i);
+        }
+    }
+}
+
+/// The group of its bodies that move; the first one where they have been in none.
+std::size_t ContactGroups::group_of(const PairContacts& pair) const {
+    const int a = group_of_[static_cast<std::size_t>(pair.manifold.body_a)];
+    const int b = group_of_[static_cast<std::size_t>(pair.manifold.body_b)];
+    return static_cast<std::size_t>(std::max({a, b, 0}));
+}
+
+void ContactGroups::drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to) {
+    ContactGroup& group = groups_[group_of(pairs[static_cast<std::size_t>(pair)])];
+    group.contacts.drop(bodies, pairs, pair, to);
+    group.is_due = true;
+}
+
+void ContactGroups::add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
+                        std::span<const Velocity> at_node, Prediction& to) {
+    for (const int index : added) {
+        const PairContacts& pair = pairs[static_cast<std::size_t>(index)];
+        for (const int body : {pair.manifold.body_a, pair.manifold.body_b}) {
+            if (to.add(body)) {
+                const std::size_t i[] = {static_cast<std::size_t>(body)};
+                block_bodies_->begin(bodies, i, nullptr);
+                to.update(bodies, i, nullptr);
+            }
+            if (!bodies.props[static_cast<std::size_t>(body)].is_static()) {
+                join(bodies, pairs, static_cast<std::size_t>(body), group_of(pair), added, to);
+            }
+        }
+    }
+    std::vector<std::vector<int>> of_group(groups_.size());
+    for (const int index : added) {
+        of_group[group_of(pairs[static_cast<std::size_t>(index)])].push_back(index);
+    }
+    for (std::size_t i = 0; i < groups_.size(); ++i) {
+        if (of_group[i].empty()) {
+            continue;
+        }
+        ContactGroup& group = groups_[i];
+        group.contacts.add(bodies, pairs, of_group[i], at_node, to);
+        group.is_due = true;
+        for (const int index : of_group[i]) {
+            if (std::ranges::find(group.pairs, index) == group.pairs.end()) {
+                group.pairs.push_back(index);
+            }
+        }
+    }
+}
+
+/// A body, with its group, if it has one, becomes part of a group; or that of its group, which may be larger. added: pairs that
+/// are to follow.
+void ContactGroups::join(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t body, std::size_t into,
+                         std::span<const int> added, Prediction& to) {
+    if (group_of_[body] < 0) {
+        group_of_[body] = static_cast<int>(into);
+        groups_[into].bodies.push_back(body);
+        return;
+    }
+    auto from = static_cast<std::size_t>(group_of_[body]);
+    if (from == into) {
+        return;
+    }
+    const auto rank = [&](std::size_t i) { return std::pair(groups_[i].has_joints, groups_[i].pairs.size()); };
+    if (rank(from) > rank(into)) {
+        std::swap(from, into);
+    }
+    ContactGroup& source = groups_[from];
+    ContactGroup& target = groups_[into];
+    std::vector<int> moved;
+    for (const int index : source.pairs) {
+        source.contacts.drop(bodies, pairs, index, to); // the pair remembers its impulses
+        if (std::ranges::find(added, index) == added.end()) {
+            moved.push_back(index);
+        }
+    }
+    target.contacts.add(bodies, pairs, moved, {}, to);
+    target.is_due = true;
+    target.pairs.insert(target.pairs.end(), source.pairs.begin(), source.pairs.end());
+    target.bodies.insert(target.bodies.end(), source.bodies.begin(), source.bodies.end());
+    for (const std::size_t i : source.bodies) {
+        group_of_[i] = static_cast<int>(into);
+    }
+    source.contacts.loop.clear();
+    source.pairs.clear();
+    source.bodies.clear();
+    source.is_due = false;
+    source.report = {};
+}
+
+} // namespace sim
