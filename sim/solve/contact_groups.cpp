@@ -45,14 +45,12 @@ void ContactGroups::begin_group(std::size_t index) {
     group.is_due = true;
 }
 
-void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
-                         std::span<const std::size_t> solved, Workers* workers) {
-    block_bodies_->begin(bodies, solved, workers);
+/// The first body of each one's island. Returns that of the joints; -1 if they move none.
+int ContactGroups::find_islands(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+                                std::span<const std::size_t> solved) {
     first_of_.resize(bodies.props.size());
-    size_.resize(bodies.props.size());
     for (const std::size_t i : solved) {
         first_of_[i] = bodies.props[i].is_static() ? -1 : static_cast<int>(i);
-        size_[i] = 0;
     }
     const auto moves = [&](int body) { return first_of_[static_cast<std::size_t>(body)] >= 0; };
     mover_.clear();
@@ -73,11 +71,19 @@ void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& 
         }
     }
     for (const std::size_t i : solved) {
-        if (moves(static_cast<int>(i))) {
+        if (first_of_[i] >= 0) {
             first_of_[i] = first_of_[static_cast<std::size_t>(first_of_[i])]; // that one, earlier, is right
         }
     }
+    return jointed < 0 ? -1 : first_of_[static_cast<std::size_t>(jointed)];
+}
+
+void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+                         std::span<const std::size_t> solved, Workers* workers) {
+    block_bodies_->begin(bodies, solved, workers);
+    const int jointed = find_islands(bodies, pairs, joints, solved);
     const auto island_of = [&](int body) { return static_cast<std::size_t>(first_of_[static_cast<std::size_t>(body)]); };
+    size_.assign(bodies.props.size(), 0);
     for (const int mover : mover_) {
         ++size_[island_of(mover)];
     }
@@ -95,7 +101,7 @@ void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& 
         filled += size_[first];
     };
     if (jointed >= 0) {
-        add_island(island_of(jointed));
+        add_island(static_cast<std::size_t>(jointed));
     }
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         const std::size_t first = island_of(mover_[i]);
@@ -108,7 +114,7 @@ void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& 
         groups_.pop_back();
     }
     for (const std::size_t i : solved) {
-        if (moves(static_cast<int>(i))) {
+        if (first_of_[i] >= 0) {
             group_of_[i] = group_of_[static_cast<std::size_t>(first_of_[i])];
             groups_[static_cast<std::size_t>(group_of_[i])].bodies.push_back(i);
         }

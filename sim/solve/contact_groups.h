@@ -83,6 +83,8 @@ public:
 private:
     static bool is_large(const ContactGroup& group);
     void begin_group(std::size_t index);
+    int find_islands(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+                     std::span<const std::size_t> solved);
     std::size_t group_of(const PairContacts& pair) const;
     void join(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t body, std::size_t into,
               std::span<const int> added, Prediction& to);
@@ -90,7 +92,7 @@ private:
     std::shared_ptr<BlockBodies> block_bodies_ = std::make_shared<BlockBodies>();
     std::deque<ContactGroup> groups_;
     std::vector<int> group_of_;     ///< [body_count] of bodies in contacts or joints that these move; else -1
-    // Memory of form():
+    // Of form():
     std::vector<int> first_of_;     ///< [body_count] of the body's island; -1: it does not move
     std::vector<std::size_t> size_; ///< [body_count] pairs of the island of which it is the first
     std::vector<int> mover_;        ///< [pairs] a body of the pair that moves
