@@ -257,19 +257,8 @@ std::span<const int> Blocks::blocks_in(std::size_t i) const {
 }
 
 void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {
-    std::vector<int>& place = bodies_->place;
-    place.resize(bodies.props.size(), -1);
-    members_.clear();
-    for (const Block& block : std::span(blocks).subspan(first_block)) {
-        for (const int body : {block.a, block.b}) {
-            if (std::exchange(place[static_cast<std::size_t>(body)], 0) < 0) {
-                members_.push_back(static_cast<std::size_t>(body));
-            }
-        }
-    }
-    for (const std::size_t k : members_) {
-        place[k] = -1;
-    }
+    bodies_->place.resize(bodies.props.size(), -1);
+    find_members(first_block, [](std::size_t) { return true; });
     bodies_->begin(bodies, members_, workers);
     const std::size_t first_batch = lay_out(bodies, first_block);
     share(batches.size() - first_batch, [&](std::size_t first, std::size_t last) {

@@ -22,6 +22,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace sim {
@@ -264,6 +265,24 @@ private:
         std::size_t first_point = 0;
         int count = 0; ///< points of a lane
     };
+    /// The bodies of the blocks from `first_block` on for which is_one(body) is true, each once. Those that do not move may be of
+    /// other solves, too, which look at theirs meanwhile.
+    template <typename IsOne>
+    void find_members(std::size_t first_block, IsOne&& is_one) {
+        std::vector<int>& place = bodies_->place;
+        members_.clear();
+        for (const Block& block : std::span(blocks).subspan(first_block)) {
+            for (const int of_block : {block.a, block.b}) {
+                const auto body = static_cast<std::size_t>(of_block);
+                if (block.count > 0 && is_one(body) && std::exchange(place[body], 0) < 0) {
+                    members_.push_back(body);
+                }
+            }
+        }
+        for (const std::size_t body : members_) {
+            place[body] = -1;
+        }
+    }
     std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
     void plan_batches(std::span<const Place> places);
     void extrapolate(std::span<Velocity> velocity);
@@ -278,7 +297,7 @@ private:
     std::shared_ptr<BlockBodies> bodies_;
     std::vector<int> order_;            ///< of the blocks in the batches
     std::vector<PlannedBatch> planned_; ///< [batches]
-    std::vector<std::size_t> members_;  ///< memory of arrange()
+    std::vector<std::size_t> members_;  ///< see find_members()
     std::vector<std::size_t> colours_; ///< ends of the ranges of batches of which no two move the same body
     std::vector<ExtrapolatedPoint> extrapolated_; ///< [points]
     std::vector<std::size_t> again_;    ///< memory of visit_again()

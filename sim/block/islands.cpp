@@ -24,14 +24,8 @@ void Blocks::find_islands() {
     std::vector<int>& place = bodies_->place;
     const auto is_dynamic = [&](int body) { return rows[static_cast<std::size_t>(body)].x[0] > 0.0; };
     const auto place_of = [&](int body) { return static_cast<std::size_t>(place[static_cast<std::size_t>(body)]); };
-    std::vector<int> own;
-    for (const Block& block : blocks) {
-        for (const int body : {block.a, block.b}) {
-            if (block.count > 0 && is_dynamic(body) && std::exchange(place[static_cast<std::size_t>(body)], 0) < 0) {
-                own.push_back(body);
-            }
-        }
-    }
+    find_members(0, [&](std::size_t body) { return rows[body].x[0] > 0.0; });
+    std::vector<int> own(members_.begin(), members_.end());
     std::ranges::sort(own);
     for (std::size_t i = 0; i < own.size(); ++i) {
         place[static_cast<std::size_t>(own[i])] = static_cast<int>(i);

@@ -29,7 +29,7 @@ public:
 
     /// Adds the contacts of the pairs `added`. at_node [body_count]: velocities at t0, after its collisions; a contact that
     /// approaches faster than the resting threshold even so was not there to collide, and counts as placed before its
-    /// impact.
+    /// impact; empty: all were there.
     void add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
              std::span<const Velocity> at_node, Prediction& to);
 
