@@ -304,7 +304,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
         batch.moves_b |= bodies.props[static_cast<std::size_t>(block.b)].is_static() ? 0u : bit;
         batch.has_friction = batch.has_friction || block.has_friction();
         batch.mu.x[lane] = block.mu_d;
-        batch.face_of_a |= from[0]->feature.kind == FeatureKind::face_a ? bit : 0u;
+        batch.face_of_a |= from[0]->kind == FeatureKind::face_a ? bit : 0u;
         for (std::size_t k = 0; k < own.size(); ++k) {
             const bool is_there = k < from.size();
             at[lane_count * k + lane] = is_there ? &from[k]->at.gap : &nowhere.at.gap;

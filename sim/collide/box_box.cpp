@@ -36,7 +36,7 @@ Vec3 in_body(const PlacedBox& box, const Vec3& x) {
 }
 
 /// The one contact of two crossing edges.
-Contact edge_contact(const PlacedBox& a, const PlacedBox& b, const AxisChoice& axis, std::uint64_t id_base) {
+FoundContact edge_contact(const PlacedBox& a, const PlacedBox& b, const AxisChoice& axis, std::uint64_t id_base) {
     const int i = axis.index / 3;
     const int j = axis.index % 3;
     const auto axes_a = axes_of(a.row);
@@ -58,7 +58,7 @@ Contact edge_contact(const PlacedBox& a, const PlacedBox& b, const AxisChoice& a
             signs |= static_cast<std::uint64_t>(positive) << (3 + k);
         }
     }
-    Contact contact;
+    FoundContact contact;
     ContactFeature& feature = contact.feature;
     feature.kind = FeatureKind::edges;
     feature.id = id_base + first_edge_id + static_cast<std::uint64_t>(axis.index) * 64 + signs;
@@ -85,7 +85,7 @@ void face_contacts(const PlacedBox& a, const PlacedBox& b, bool is_a, const Axis
             continue;
         }
         const Eigen::Map<const Vec3> on_reference(corner.on_reference);
-        Contact& contact = to.contacts.emplace_back();
+        FoundContact& contact = to.contacts.emplace_back();
         ContactFeature& feature = contact.feature;
         feature.id = to.id_base + ids_of_faces * face_id + corner.id;
         feature.kind = is_a ? FeatureKind::face_a : FeatureKind::face_b;
@@ -104,9 +104,9 @@ void face_contacts(const PlacedBox& a, const PlacedBox& b, bool is_a, const Axis
 /// Where a face of either box separates them alike, the normal is the one in the middle: two boxes that lean against
 /// each other as mirror images push each other along the mirror's normal. The contacts are those of a face of a.
 void take_middle_normal(const PlacedBox& a, const PlacedBox& b, const Vec3& sum_of_normals,
-                        std::span<Contact> contacts) {
+                        std::span<FoundContact> contacts) {
     const Vec3 direction = -(a.world_from_body.orientation.conjugate() * sum_of_normals.normalized());
-    for (Contact& contact : contacts) {
+    for (FoundContact& contact : contacts) {
         contact.feature.direction_a = direction;
         contact.at = contact_geometry(contact.feature, a.world_from_body, b.world_from_body);
     }
@@ -154,7 +154,7 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axe
 
 void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axes, const FaceCorners& corners,
                       const ContactList& to) {
-    std::vector<Contact>& contacts = to.contacts;
+    std::vector<FoundContact>& contacts = to.contacts;
     const AxisChoice face_a = axes.face_a();
     const AxisChoice face_b = axes.face_b();
     const AxisChoice edges = axes.edges();
@@ -170,12 +170,12 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axe
         }
         return;
     }
-    Contact crossing = edge_contact(a, b, edges, to.id_base);
+    FoundContact crossing = edge_contact(a, b, edges, to.id_base);
     const Vec3& normal = is_a ? normal_a : normal_b;
     if (crossing.at.n.dot(normal) >= nearly_parallel) {
         face_contacts(a, b, is_a, is_a ? face_a : face_b, corners, to);
         // The crossing edges keep the faces' corners apart, which lie beyond the other face's rim.
-        for (Contact& corner : std::span(contacts).subspan(first)) {
+        for (FoundContact& corner : std::span(contacts).subspan(first)) {
             corner.feature.allowance = std::max(edges.separation - corner.at.gap, 0.0);
             corner.at.gap += corner.feature.allowance;
         }

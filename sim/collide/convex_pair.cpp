@@ -273,8 +273,8 @@ private:
 };
 
 /// The contact of a foot with a ground.
-Contact foot_contact(const Ground& ground, const Convex& convex, const Foot& foot, std::uint64_t id) {
-    Contact contact;
+FoundContact foot_contact(const Ground& ground, const Convex& convex, const Foot& foot, std::uint64_t id) {
+    FoundContact contact;
     ContactFeature& f = contact.feature;
     f.id = id;
     const bool is_rim = foot.rim_radius > 0.0;
@@ -294,12 +294,12 @@ Contact foot_contact(const Ground& ground, const Convex& convex, const Foot& foo
 /// All feet of a body on a ground with gap <= margin. least [m]: gaps below it are raised to it (see allowance).
 void ground_contacts(const Ground& ground, const Convex& convex, const ContactList& list,
                      double least = -std::numeric_limits<double>::infinity()) {
-    std::vector<Contact>& contacts = list.contacts;
+    std::vector<FoundContact>& contacts = list.contacts;
     const std::size_t first = contacts.size();
     for (const Foot& foot : Footing(ground, convex).find()) {
         // Rims first: what a block's first contact is decides how the others are measured.
         const std::uint64_t group = (ground.is_a ? 1 : 3) + (foot.rim_radius > 0.0 ? 0u : 1u);
-        Contact contact = foot_contact(
+        FoundContact contact = foot_contact(
             ground, convex, foot, list.id_base + contact_id(group, static_cast<std::uint64_t>(ground.index), foot.code, 0));
         if (contact.at.gap < least) {
             contact.feature.allowance = least - contact.at.gap;
@@ -334,8 +334,8 @@ Touch touch_of(const Convex& convex, const CoreFeature& feature, const Vec3& inw
 
 /// The contact of two touches: points and lines as such; a plane across n where the lines are parallel, and where the
 /// cores are so near that they tell no direction.
-Contact touch_contact(const Convex& a, const Convex& b, const Touch& ta, const Touch& tb, const Vec3& n) {
-    Contact contact;
+FoundContact touch_contact(const Convex& a, const Convex& b, const Touch& ta, const Touch& tb, const Vec3& n) {
+    FoundContact contact;
     ContactFeature& f = contact.feature;
     const bool line_a = !ta.line.isZero(0.0);
     const bool line_b = !tb.line.isZero(0.0);
@@ -382,7 +382,7 @@ void shared_ends(const Convex& a, const Convex& b, const SeparatingDirection& be
             tb.core = eb.point + end * side * eb.length * eb.direction;
             tb.line.setZero();
         }
-        Contact contact = touch_contact(a, b, ta, tb, best.n);
+        FoundContact contact = touch_contact(a, b, ta, tb, best.n);
         contact.feature.id = list.id_base + contact_id(6, end > 0.0 ? 1 : 0, 0, 0);
         if (contact.at.gap <= list.margin) {
             list.contacts.push_back(contact);
@@ -402,7 +402,7 @@ void feature_contacts(const Convex& a, const Convex& b, const SeparatingDirectio
     if (sine < parallel && list.contacts.size() > first) {
         return;
     }
-    Contact contact = touch_contact(a, b, touch_of(a, best.a, best.n), touch_of(b, best.b, -best.n), best.n);
+    FoundContact contact = touch_contact(a, b, touch_of(a, best.a, best.n), touch_of(b, best.b, -best.n), best.n);
     contact.feature.id =
         list.id_base + contact_id(5, static_cast<std::uint64_t>(best.a.kind) * 4 + static_cast<std::uint64_t>(best.b.kind),
                              static_cast<std::uint64_t>(best.a.index), static_cast<std::uint64_t>(best.b.index));
@@ -411,11 +411,11 @@ void feature_contacts(const Convex& a, const Convex& b, const SeparatingDirectio
 
 /// Takes out the contacts after `crossing` that lie at it: the corner of a clipped face where the edges cross is their
 /// contact once more, with another normal, and iterations over two such normals at one point come to no end.
-void drop_at(std::size_t crossing, double distance, std::vector<Contact>& contacts) {
+void drop_at(std::size_t crossing, double distance, std::vector<FoundContact>& contacts) {
     const Vec3 place = contacts[crossing].at.a;
     const auto after = contacts.begin() + static_cast<std::ptrdiff_t>(crossing) + 1;
     contacts.erase(std::remove_if(after, contacts.end(),
-                                  [&](const Contact& contact) { return (contact.at.a - place).norm() <= distance; }),
+                                  [&](const FoundContact& contact) { return (contact.at.a - place).norm() <= distance; }),
                    contacts.end());
 }
 
@@ -444,13 +444,13 @@ void convex_contacts(const Convex& a, const Convex& b, const ContactList& list) 
     const bool is_a = found.best.is_face_of_a;
     const Ground ground = face_ground(is_a ? a : b, is_a ? found.best.a : found.best.b, is_a);
     const Convex& other = is_a ? b : a;
-    std::vector<Contact>& contacts = list.contacts;
+    std::vector<FoundContact>& contacts = list.contacts;
     const std::size_t first = contacts.size();
     ground_contacts(ground, other, list);
     const double lowest = std::transform_reduce(
         contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
         std::numeric_limits<double>::infinity(), [](double x, double y) { return std::min(x, y); },
-        [](const Contact& c) { return c.at.gap; });
+        [](const FoundContact& c) { return c.at.gap; });
     if (lowest > gap + same_gap * other.size) {
         // The lowest point lies on the ground's rim, or on the arc that the fixed points of a cylinder's end leave out.
         Foot foot{.core = support_point(other, -ground.normal), .radius = other.rounding};

@@ -87,7 +87,35 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody
     return g;
 }
 
-void keep_outermost(std::vector<Contact>& contacts, std::size_t first) {
+void Manifold::keep_features(std::span<const FoundContact> found) {
+    features.clear();
+    if (!std::ranges::all_of(found, sim::is_flat, &FoundContact::feature)) {
+        for (const FoundContact& contact : found) {
+            features.push_back(contact.feature);
+        }
+    }
+}
+
+FoundContact Manifold::found(const Contact& contact, const Pose& a, const Pose& b) const {
+    FoundContact found;
+    found.at = contact.at;
+    if (!features.empty()) {
+        found.feature = features[index_of(contact)];
+        return found;
+    }
+    found.feature.id = contact.id;
+    found.feature.kind = contact.kind;
+    found.feature.core_a = a.orientation.conjugate() * (contact.at.a - a.position);
+    found.feature.core_b = b.orientation.conjugate() * (contact.at.b() - b.position);
+    if (contact.kind == FeatureKind::face_a) {
+        found.feature.direction_a = a.orientation.conjugate() * -contact.at.n;
+    } else {
+        found.feature.direction_b = b.orientation.conjugate() * contact.at.n;
+    }
+    return found;
+}
+
+void keep_outermost(std::vector<FoundContact>& contacts, std::size_t first) {
     if (contacts.size() - first <= most_contacts) {
         return;
     }
@@ -100,11 +128,11 @@ void keep_outermost(std::vector<Contact>& contacts, std::size_t first) {
         const auto best = std::ranges::max_element(begin, contacts.end(), {}, value);
         keep[static_cast<std::size_t>(best - begin)] = 1;
     };
-    mark([](const Contact& c) { return -c.at.gap; });
+    mark([](const FoundContact& c) { return -c.at.gap; });
     for (std::size_t k = 0; k + 1 < most_contacts; ++k) {
         const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / (most_contacts - 1);
         const Vec3 outwards = std::cos(angle) * t + std::sin(angle) * s;
-        mark([&](const Contact& c) { return outwards.dot(c.at.a); });
+        mark([&](const FoundContact& c) { return outwards.dot(c.at.a); });
     }
     std::size_t next = first;
     for (std::size_t i = 0; i < keep.size(); ++i) {

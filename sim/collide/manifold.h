@@ -5,12 +5,13 @@
 
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace sim {
 
 /// What the gap of a contact is measured between. Core: a point, or the centre of a ball, fixed to its body.
-enum class FeatureKind : std::uint8_t {
+enum class FeatureKind : std::uint32_t {
     face_a, ///< core of b against a face of a; direction_a is that face's outward normal
     face_b, ///< core of a against a face of b; direction_b is that face's outward normal
     cores,  ///< core against core (ball and ball, ball and corner)
@@ -35,6 +36,21 @@ struct ContactFeature {
     /// apart.
     double allowance = 0.0;
 };
+
+/// Is it a rim that touches?
+inline bool is_rim(const ContactFeature& feature) {
+    return feature.kind == FeatureKind::rim_on_face_a || feature.kind == FeatureKind::rim_on_face_b;
+}
+
+/// True where the surface is curved: a point fixed to the body leaves it within a step.
+inline bool is_curved(const ContactFeature& feature) {
+    return feature.radius_a > 0.0 || feature.radius_b > 0.0;
+}
+
+/// Is it a point of one body at a face of the other?
+inline bool is_flat(const ContactFeature& feature) {
+    return (feature.kind == FeatureKind::face_a || feature.kind == FeatureKind::face_b) && !is_curved(feature);
+}
 
 /// A pose with its rotation as a matrix, for bodies whose contacts are looked at many times.
 struct PlacedBody {
@@ -74,20 +90,50 @@ struct ContactMemory {
     double owed() const { return signed_interval != 0.0 ? force_share * 0.5 * last_interval / interval() : 0.0; }
 };
 
-/// A contact: its geometry at the poses the narrow phase was given, what it remembers, and the features it is of.
+/// A contact as the narrow phase finds it: the features that touch, and their geometry at the poses it was given.
+struct FoundContact {
+    FoundContact() {} // no zeros before what its members begin with: there are many
+
+    ContactGeometry at;
+    ContactFeature feature;
+};
+
+/// A contact from step to step: its geometry, what it remembers, and of its features what tells them from others. Without padding,
+/// which checkpoints would hold.
 struct Contact {
-    Contact() {} // no zeros before what its members begin with: there are many. No padding either, which checkpoints would hold
+    Contact() {} // as with FoundContact
+    explicit Contact(const FoundContact& found) { set(found); }
+
+    void set(const FoundContact& found) {
+        at = found.at;
+        id = found.feature.id;
+        core_a = found.feature.core_a.cast<float>();
+        kind = found.feature.kind;
+    }
 
     ContactGeometry at;
     ContactMemory memory;
-    ContactFeature feature;
+    std::uint64_t id = 0;
+    Eigen::Vector3f core_a = Eigen::Vector3f::Zero(); ///< [m] body frame of a
+    FeatureKind kind = FeatureKind::cores;
 };
+static_assert(sizeof(Contact) == sizeof(ContactGeometry) + sizeof(ContactMemory) + sizeof(std::uint64_t) + sizeof(Eigen::Vector3f) +
+                                     sizeof(FeatureKind));
 
 /// All contacts of one pair of bodies, a < b.
 struct Manifold {
     int body_a = -1;
     int body_b = -1;
     std::vector<Contact> contacts;
+    std::vector<ContactFeature> features; ///< [contacts]; none where all of them are flat
+
+    /// Keeps the features of these contacts, those that it has, where their geometry does not tell them.
+    void keep_features(std::span<const FoundContact> found);
+    /// Index of one of its contacts.
+    std::size_t index_of(const Contact& contact) const { return static_cast<std::size_t>(&contact - contacts.data()); }
+    bool is_flat(const Contact& contact) const { return features.empty() || sim::is_flat(features[index_of(contact)]); }
+    /// One of them as it was found; a, b: the poses of the bodies then.
+    FoundContact found(const Contact& contact, const Pose& a, const Pose& b) const;
 };
 
 /// Geometry of a feature at the poses of its bodies. The gap is what the *geometry* says there: a ball turns without changing it.
@@ -99,24 +145,14 @@ inline ContactGeometry contact_geometry(const ContactFeature& feature, const Pos
 /// The point of a rim (centre, unit axis, radius [m]) that lies farthest against n; the centre if all do.
 Vec3 lowest_rim_point(const Vec3& centre, const Vec3& axis, double radius, const Vec3& n);
 
-/// Is it a rim that touches?
-inline bool is_rim(const ContactFeature& feature) {
-    return feature.kind == FeatureKind::rim_on_face_a || feature.kind == FeatureKind::rim_on_face_b;
-}
-
-/// True where the surface is curved: a point fixed to the body leaves it within a step.
-inline bool is_curved(const ContactFeature& feature) {
-    return feature.radius_a > 0.0 || feature.radius_b > 0.0;
-}
-
 /// Where contacts go.
 struct ContactList {
     double margin;                  ///< [m] only those with gap <= margin
     std::uint64_t id_base;          ///< added to their ids (bits 32 and up)
-    std::vector<Contact>& contacts; ///< appended to
+    std::vector<FoundContact>& contacts; ///< appended to
 };
 
 /// Of more contacts from number `first` on than a block holds: keeps the lowest, and those farthest out.
-void keep_outermost(std::vector<Contact>& contacts, std::size_t first);
+void keep_outermost(std::vector<FoundContact>& contacts, std::size_t first);
 
 } // namespace sim

@@ -71,7 +71,7 @@ double reach_of(const PrimitiveShape& part) {
 /// What the pair loop collects: contacts within the margin, or only the least separation.
 struct Collector {
     double margin = 0.0;
-    std::vector<Contact>* contacts = nullptr; ///< null: separation only
+    std::vector<FoundContact>* contacts = nullptr; ///< null: separation only
     double separation = std::numeric_limits<double>::infinity();
     Vec3 n = Vec3::Zero(); ///< along which it was found, if between convex parts
 
@@ -104,7 +104,7 @@ struct Collector {
         const ContactGeometry at = contact_geometry(feature, a, b);
         separation = std::min(separation, at.gap);
         if (contacts != nullptr && at.gap <= margin) {
-            Contact& contact = contacts->emplace_back();
+            FoundContact& contact = contacts->emplace_back();
             contact.at = at;
             contact.feature = feature;
         }
@@ -275,8 +275,8 @@ void collect(const PlacedShape& a, const PlacedShape& b, Collector& out) {
     });
 }
 
-void sort_by_id(std::vector<Contact>& contacts) {
-    const auto id = [](const Contact& contact) { return contact.feature.id; };
+void sort_by_id(std::vector<FoundContact>& contacts) {
+    const auto id = [](const FoundContact& contact) { return contact.feature.id; };
     if (!std::ranges::is_sorted(contacts, {}, id)) {
         std::ranges::sort(contacts, {}, id);
     }
@@ -284,7 +284,7 @@ void sort_by_id(std::vector<Contact>& contacts) {
 
 } // namespace
 
-void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, std::vector<Contact>& contacts) {
+void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, std::vector<FoundContact>& contacts) {
     contacts.clear();
     Collector out{.margin = margin, .contacts = &contacts};
     collect(a, b, out);

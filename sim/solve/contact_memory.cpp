@@ -7,27 +7,28 @@
 
 namespace sim {
 
-void replace_contacts(PairContacts& pair, std::vector<Contact> contacts) {
+void replace_contacts(PairContacts& pair, std::span<const FoundContact> found) {
+    std::vector<Contact> contacts(found.begin(), found.end());
     const std::vector<Contact>& old = pair.manifold.contacts;
     std::vector<std::size_t> lost(old.size()); // indices of those not found again
     std::iota(lost.begin(), lost.end(), std::size_t{0});
     std::vector<std::size_t> added;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
-        const auto found = std::ranges::find(lost, contacts[i].feature.id, [&](std::size_t j) { return old[j].feature.id; });
-        if (found == lost.end()) {
+        const auto known = std::ranges::find(lost, contacts[i].id, [&](std::size_t j) { return old[j].id; });
+        if (known == lost.end()) {
             added.push_back(i);
         } else {
-            contacts[i].memory = old[*found].memory;
-            lost.erase(found);
+            contacts[i].memory = old[*known].memory;
+            lost.erase(known);
         }
     }
     while (!added.empty() && !lost.empty()) {
-        double nearest = std::numeric_limits<double>::infinity();
+        float nearest = std::numeric_limits<float>::infinity();
         auto to = added.begin();
         auto from = lost.begin();
         for (auto i = added.begin(); i != added.end(); ++i) {
             for (auto j = lost.begin(); j != lost.end(); ++j) {
-                const double distance = (old[*j].feature.core_a - contacts[*i].feature.core_a).norm();
+                const float distance = (old[*j].core_a - contacts[*i].core_a).norm();
                 if (distance < nearest) {
                     nearest = distance;
                     to = i;
@@ -41,6 +42,7 @@ void replace_contacts(PairContacts& pair, std::vector<Contact> contacts) {
     }
     pair.blocks = block_count(contacts);
     pair.manifold.contacts = std::move(contacts);
+    pair.manifold.keep_features(found);
 }
 
 Block block_like(const PairContacts& pair, int index) {

@@ -20,7 +20,7 @@ struct PairContacts {
 
     /// Of one of its contacts, to be changed.
     ContactMemory& memory_of(const Contact& contact) {
-        return manifold.contacts[static_cast<std::size_t>(&contact - manifold.contacts.data())].memory;
+        return manifold.contacts[manifold.index_of(contact)].memory;
     }
 };
 
@@ -34,7 +34,7 @@ inline void prefetch(const PairContacts& pair) {
 
 /// Gives the pair these contacts, and hands what it remembers of those it had to them: by feature id, the rest to the nearest
 /// core. What bears a load has to go on: the half kick of one contact alone would throw a body that is held between two.
-void replace_contacts(PairContacts& pair, std::vector<Contact> contacts);
+void replace_contacts(PairContacts& pair, std::span<const FoundContact> found);
 
 /// A block of pair number `index`, without its contacts.
 Block block_like(const PairContacts& pair, int index);

@@ -59,7 +59,7 @@ struct Displacement {
 };
 
 /// What the interval does to a contact. n: the block's normal; u_t: its tangential velocity after the impulses [m/s].
-Displacement displacement(const Interval& of, const Contact& contact, const Vec3& n,
+Displacement displacement(const Interval& of, const FoundContact& contact, const Vec3& n,
                           const Eigen::Matrix<double, 3, 2>& tangents, const Vec2& u_t) {
     const ContactGeometry& start = contact.at;
     const ContactFeature& feature = contact.feature;
@@ -120,8 +120,9 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
     const LaneFrame frame(batch, lane);
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
+    const Manifold& manifold = pairs[static_cast<std::size_t>(block.pair)].manifold;
     const Interval interval{.h = to.h,
-                            .fall = relative_gravity(bodies, pairs[static_cast<std::size_t>(block.pair)].manifold, settings),
+                            .fall = relative_gravity(bodies, manifold, settings),
                             .size = std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius),
                             .from_a = bodies.pose[a],
                             .from_b = bodies.pose[b],
@@ -137,7 +138,7 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
         BatchPoint& in_lanes = loop.points[at];
         const LanePoint point(in_lanes, lane);
         const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k];
-        const Displacement moved = displacement(interval, contact, frame.frame.col(2), tangents, point.tangential_velocity(twist));
+        const Displacement moved = displacement(interval, manifold.found(contact, interval.from_a, interval.from_b), frame.frame.col(2), tangents, point.tangential_velocity(twist));
         const double missing = contacts.rest_points[at].gap_target.x[lane] - moved.gap;
         in_lanes.u_n_target.x[lane] = point.normal_velocity(twist) + missing / to.h;
         const Vec2 target = point.tangential_velocity(twist) - moved.d_t / to.h;

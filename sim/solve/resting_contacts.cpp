@@ -166,7 +166,7 @@ void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts
             const PairContacts& pair = pairs[static_cast<std::size_t>(block.pair)];
             rest.least_gap.x[lane] = pair.least_gap;
             rest.fresh |= static_cast<unsigned>(pair.is_struck) << lane;
-            start_lane(bodies, i, lane);
+            start_lane(bodies, pair.manifold, i, lane);
         }
     }
     work_with_memory(work_of(RestPhase::start, i, i + 1, velocity), i, pairs);
@@ -193,21 +193,19 @@ void RestingContacts::work_with_memory(RestWork work, std::size_t i, std::vector
 }
 
 /// How the contacts of a lane are measured.
-void RestingContacts::start_lane(const Bodies& bodies, std::size_t i, std::size_t lane) {
+void RestingContacts::start_lane(const Bodies& bodies, const Manifold& manifold, std::size_t i, std::size_t lane) {
     const BlockBatch& batch = loop.batches[i];
     RestBlock& rest = rest_blocks[i];
     const unsigned bit = 1u << lane;
     const std::span<const Contact* const> own =
         loop.contacts_of(loop.blocks[static_cast<std::size_t>(batch.block[lane])]);
-    const ContactFeature& first = own.front()->feature;
-    const ContactFeature& edges = own.back()->feature; // the last by its id, if there are any
-    const bool has_edges = edges.kind == FeatureKind::edges;
-    const bool is_flat = (first.kind == FeatureKind::face_a || first.kind == FeatureKind::face_b) && !is_curved(first);
-    bool is_plain = is_flat || own.size() == 1;
-    for (std::size_t k = 0; k < own.size(); ++k) {
-        const ContactFeature& feature = own[k]->feature;
-        const bool is_on_face = is_flat && feature.kind == first.kind && !is_curved(feature);
-        is_plain = is_plain && (is_on_face || (has_edges && k + 1 == own.size()));
+    const Contact& first = *own.front();
+    const Contact& last = *own.back(); // by its id: crossing edges, if there are any
+    const bool has_edges = last.kind == FeatureKind::edges;
+    bool is_plain = manifold.is_flat(first) || own.size() == 1;
+    for (const Contact* contact : own) {
+        const bool is_on_face = contact->kind == first.kind && manifold.is_flat(*contact);
+        is_plain = is_plain && (is_on_face || (has_edges && contact == &last));
     }
     rest.plain |= is_plain ? bit : 0u;
     if (!is_plain || !has_edges) {
@@ -218,6 +216,7 @@ void RestingContacts::start_lane(const Bodies& bodies, std::size_t i, std::size_
     const auto a = static_cast<std::size_t>(batch.a[lane]);
     const auto b = static_cast<std::size_t>(batch.b[lane]);
     rest.reach.x[lane] = wander_share * std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
+    const ContactFeature& edges = manifold.features[manifold.index_of(last)];
     const Vec3 edge_a = bodies.pose[a].orientation * edges.direction_a;
     const Vec3 edge_b = bodies.pose[b].orientation * edges.direction_b;
     for (int axis = 0; axis < 3; ++axis) {

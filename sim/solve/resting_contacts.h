@@ -66,7 +66,7 @@ private:
     void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own);
     void start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to);
     void start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i, std::span<Velocity> velocity);
-    void start_lane(const Bodies& bodies, std::size_t i, std::size_t lane);
+    void start_lane(const Bodies& bodies, const Manifold& manifold, std::size_t i, std::size_t lane);
     void work_with_memory(RestWork work, std::size_t i, std::vector<PairContacts>& pairs);
     RestWork work_of(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
     void find_late_impacts(std::size_t first_block, std::span<const Velocity> at_node);

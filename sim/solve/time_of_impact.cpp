@@ -51,7 +51,7 @@ bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& co
            contact.at.gap > std::max(touch_gap(settings), approach * shortest_interval(settings));
 }
 
-double impact_gap(const Contact& contact, const PairPoses& from, const PairPoses& to, double touch) {
+double impact_gap(const FoundContact& contact, const PairPoses& from, const PairPoses& to, double touch) {
     if (contact.at.gap <= touch || contact_geometry(contact.feature, from.a, from.b).gap > touch) {
         return contact_geometry(contact.feature, to.a, to.b).gap;
     }
@@ -88,15 +88,16 @@ std::optional<Impact> time_of_impact(const Bodies& bodies, std::span<const Veloc
         const auto b = static_cast<std::size_t>(manifold.body_b);
         for (std::size_t c = 0; c < manifold.contacts.size(); ++c) {
             const Contact& contact = manifold.contacts[c];
+            if (!is_impact(bodies, manifold, contact, settings)) {
+                continue;
+            }
+            const FoundContact found = manifold.found(contact, bodies.pose[a], bodies.pose[b]);
             const auto gap_at = [&](double t) {
-                return impact_gap(contact, {bodies.pose[a], bodies.pose[b]},
+                return impact_gap(found, {bodies.pose[a], bodies.pose[b]},
                                   {free_motion(bodies.props[a], bodies.pose[a], velocity[a], settings.gravity, t),
                                    free_motion(bodies.props[b], bodies.pose[b], velocity[b], settings.gravity, t)},
                                   touch_gap(settings));
             };
-            if (!is_impact(bodies, manifold, contact, settings)) {
-                continue;
-            }
             const double late = earliest ? earliest->time : h;
             const double gap_late = gap_at(late);
             if (gap_late < 0.0) {

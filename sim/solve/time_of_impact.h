@@ -42,7 +42,7 @@ struct PairPoses {
 /// Gap [m] at the poses `to` of a contact of bodies that were at `from`: that of its features, or where these touched from
 /// the start (the lowest point of a rim that falls flat), that of the material points that did not. touch [m]: gap that counts
 /// as touching.
-double impact_gap(const Contact& contact, const PairPoses& from, const PairPoses& to, double touch);
+double impact_gap(const FoundContact& contact, const PairPoses& from, const PairPoses& to, double touch);
 
 /// Earliest impact in (0, h]: a contact with gap > touch_gap that approaches faster than the resting
 /// threshold closes its gap, the bodies moving freely with `velocity`. Exact to rounding along the motion.

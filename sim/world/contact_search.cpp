@@ -8,10 +8,6 @@
 namespace sim {
 namespace {
 
-std::uint64_t id_of(const Contact& contact) {
-    return contact.feature.id;
-}
-
 BodyPair bodies_of(const PairContacts& pair) {
     return {pair.manifold.body_a, pair.manifold.body_b};
 }
@@ -47,7 +43,7 @@ void ContactSearch::find() {
     std::vector<PairContacts> found(near_.size());
     const auto find_some = [&](std::size_t first, std::size_t last) {
         take_known(first, last, found);
-        std::vector<Contact> contacts;
+        std::vector<FoundContact> contacts;
         std::array<const Candidate*, lane_count> near;
         std::array<FaceCorners, lane_count> corners;
         for (; first < last; first += lane_count) {
@@ -87,7 +83,7 @@ void ContactSearch::take_known(std::size_t first, std::size_t last, std::vector<
 }
 
 /// Contacts of one pair at the present poses; pair: what the last step remembers of it. corners: of boxes. contacts: memory.
-void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorners& corners, std::vector<Contact>& contacts,
+void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorners& corners, std::vector<FoundContact>& contacts,
                                      PairContacts& pair) {
     const auto a = static_cast<std::size_t>(candidate.bodies.a);
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
@@ -105,11 +101,12 @@ void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorne
         begin_pair(pair, candidate.bodies, bodies_);
     }
     std::vector<Contact>& known = pair.manifold.contacts;
-    if (std::ranges::equal(contacts, known, {}, id_of, id_of)) {
+    const auto id_found = [](const FoundContact& contact) { return contact.feature.id; };
+    if (std::ranges::equal(contacts, known, {}, id_found, &Contact::id)) {
         for (std::size_t i = 0; i < known.size(); ++i) {
-            known[i].at = contacts[i].at;
-            known[i].feature = contacts[i].feature;
+            known[i].set(contacts[i]);
         }
+        pair.manifold.keep_features(contacts);
         pair.blocks = block_count(known);
     } else {
         replace_contacts(pair, contacts);
@@ -124,13 +121,13 @@ void ContactSearch::keep(std::size_t index) {
     }
 }
 
-std::size_t ContactSearch::put(const BodyPair& of, std::vector<Contact> contacts) {
+std::size_t ContactSearch::put(const BodyPair& of, std::span<const FoundContact> contacts) {
     const std::size_t index = index_of(of);
     if (index == pairs.size()) {
         begin_pair(pairs.emplace_back(), of, bodies_);
     }
     PairContacts& pair = pairs[index];
-    replace_contacts(pair, std::move(contacts));
+    replace_contacts(pair, contacts);
     pair.is_repaired = true;
     return index;
 }

@@ -24,7 +24,7 @@ public:
     /// Before what pair `index` remembers changes; a new one has nothing to keep.
     void keep(std::size_t index);
     /// Other contacts of a candidate, as repair finds them: into the pair it has, or a new one. Returns its index.
-    std::size_t put(const BodyPair& pair, std::vector<Contact> contacts);
+    std::size_t put(const BodyPair& pair, std::span<const FoundContact> contacts);
     /// Index of a pair in `pairs`; pairs.size() if it has no contacts.
     std::size_t index_of(const BodyPair& pair) const;
     /// Undoes all of that.
@@ -32,7 +32,7 @@ public:
 
 private:
     void take_known(std::size_t first, std::size_t last, std::vector<PairContacts>& found);
-    void find_contacts_of(const Candidate& candidate, const FaceCorners& corners, std::vector<Contact>& contacts,
+    void find_contacts_of(const Candidate& candidate, const FaceCorners& corners, std::vector<FoundContact>& contacts,
                           PairContacts& pair);
 
     const Bodies& bodies_;

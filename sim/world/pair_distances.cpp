@@ -82,7 +82,7 @@ void PairDistances::update_axes(std::span<const Candidate> candidates) {
 double PairDistances::least_separation(const Candidate& candidate, std::span<const Pose> poses, double enough) {
     Separation& found = separations_[candidate.slot];
     if (candidate.is_new) {
-        found = {};
+        found = Separation{};
     }
     const auto a = static_cast<std::size_t>(candidate.bodies.a);
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
@@ -109,7 +109,7 @@ void PairDistances::look(const Candidate& candidate, std::span<const Pose> poses
     const auto b = static_cast<std::size_t>(candidate.bodies.b);
     Separation& found = separations_[candidate.slot];
     if (!found.is_exact || !is_same(found.a, poses[a]) || !is_same(found.b, poses[b])) {
-        found = {};
+        found = Separation{};
         found.a = poses[a];
         found.b = poses[b];
         found.is_exact = true;
@@ -162,7 +162,7 @@ void PairDistances::clip(std::span<const Candidate* const> near, std::span<FaceC
 }
 
 void PairDistances::find_box_contacts(const Candidate& candidate, const FaceCorners& corners, double margin,
-                                      std::vector<Contact>& contacts) const {
+                                      std::vector<FoundContact>& contacts) const {
     const auto placed = [&](int body) {
         const auto i = static_cast<std::size_t>(body);
         return PlacedBox{box_rows_[i], bodies_.pose[i], Pose{}};
@@ -171,13 +171,13 @@ void PairDistances::find_box_contacts(const Candidate& candidate, const FaceCorn
     box_box_contacts(placed(a), placed(b), axes_[candidate.slot], corners, {margin, 0, contacts});
 }
 
-void PairDistances::set_found(const Candidate& candidate, std::span<const Contact> contacts) {
+void PairDistances::set_found(const Candidate& candidate, std::span<const FoundContact> contacts) {
     if (contacts.empty()) {
         look(candidate, bodies_.pose);
         return;
     }
-    const Contact* lowest = &contacts.front(); // the last of those: crossing edges tell more than what lies on a face beside them
-    for (const Contact& contact : contacts) {
+    const FoundContact* lowest = &contacts.front(); // the last of those: crossing edges tell more than what lies on a face beside them
+    for (const FoundContact& contact : contacts) {
         lowest = contact.at.gap <= lowest->at.gap ? &contact : lowest;
     }
     separations_[candidate.slot].nearest = lowest->feature;

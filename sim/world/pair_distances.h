@@ -29,10 +29,10 @@ public:
     void clip(std::span<const Candidate* const> near, std::span<FaceCorners> corners) const;
     /// Their contacts.
     void find_box_contacts(const Candidate& candidate, const FaceCorners& corners, double margin,
-                           std::vector<Contact>& contacts) const;
+                           std::vector<FoundContact>& contacts) const;
     /// Of others, not both boxes, what was found at the present poses. Without contacts they are looked at again once they may
     /// have come near; with some, along the features that touch first.
-    void set_found(const Candidate& candidate, std::span<const Contact> contacts);
+    void set_found(const Candidate& candidate, std::span<const FoundContact> contacts);
 
 private:
     template <typename F>

@@ -9,20 +9,21 @@
 namespace sim {
 namespace {
 
-/// Adds those of the contacts `old` whose features are not among the new ones; in the order of the ids, as blocks need it.
-void keep_others(const std::vector<Contact>& old, std::vector<Contact>& contacts) {
-    const auto feature_of = [](const Contact& contact) { return contact.feature.id; };
-    for (const Contact& contact : old) {
-        if (std::ranges::find(contacts, contact.feature.id, feature_of) == contacts.end()) {
-            contacts.push_back(contact);
+/// Adds those of the contacts `old` whose features are not among the new ones; in the order of the ids, as blocks need it. a, b:
+/// poses where the old ones were found.
+void keep_others(const Manifold& old, const Pose& a, const Pose& b, std::vector<FoundContact>& contacts) {
+    const auto id_of = [](const FoundContact& contact) { return contact.feature.id; };
+    for (const Contact& contact : old.contacts) {
+        if (std::ranges::find(contacts, contact.id, id_of) == contacts.end()) {
+            contacts.push_back(old.found(contact, a, b));
         }
     }
-    std::ranges::sort(contacts, {}, feature_of);
+    std::ranges::sort(contacts, {}, id_of);
 }
 
 } // namespace
 
-ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Pose& planned_b, const Pose& a, const Pose& b) {
+ContactGeometry moved_back(const FoundContact& found, const Pose& planned_a, const Pose& planned_b, const Pose& a, const Pose& b) {
     if (found.feature.kind == FeatureKind::face_a || found.feature.kind == FeatureKind::face_b) {
         return contact_geometry(found.feature, a, b);
     }
@@ -57,13 +58,13 @@ bool Repair::is_left(const BodyPair& pair) const {
 }
 
 /// As they are at the planned poses.
-std::vector<Contact> Repair::contacts_of(const BodyPair& pair) const {
+std::vector<FoundContact> Repair::contacts_of(const BodyPair& pair) const {
     const auto a = static_cast<std::size_t>(pair.a);
     const auto b = static_cast<std::size_t>(pair.b);
     const std::span<const Pose> planned = solver_.predicted();
-    std::vector<Contact> contacts;
+    std::vector<FoundContact> contacts;
     find_contacts({bodies_.props[a].shape, planned[a]}, {bodies_.props[b].shape, planned[b]}, 0.0, contacts);
-    for (Contact& contact : contacts) {
+    for (FoundContact& contact : contacts) {
         contact.at = moved_back(contact, planned[a], planned[b], bodies_.pose[a], bodies_.pose[b]);
     }
     return contacts;
@@ -99,16 +100,17 @@ bool Repair::repair(std::span<const Velocity> at_node) {
     for (const BodyPair& pair : overlapping_) {
         const std::size_t index = search_.index_of(pair);
         const bool is_known = index < search_.pairs.size();
-        std::vector<Contact> contacts = contacts_of(pair);
+        std::vector<FoundContact> contacts = contacts_of(pair);
         if (is_known && contacts.empty()) {
             continue;
         }
         if (is_known) {
-            keep_others(search_.pairs[index].manifold.contacts, contacts);
+            keep_others(search_.pairs[index].manifold, bodies_.pose[static_cast<std::size_t>(pair.a)],
+                        bodies_.pose[static_cast<std::size_t>(pair.b)], contacts);
             search_.keep(index);
             solver_.drop_contacts(bodies_, search_.pairs, static_cast<int>(index));
         }
-        (is_known ? changed : added).push_back(static_cast<int>(search_.put(pair, std::move(contacts))));
+        (is_known ? changed : added).push_back(static_cast<int>(search_.put(pair, contacts)));
     }
     changed.insert(changed.end(), added.begin(), added.end());
     solver_.add_contacts(bodies_, search_.pairs, changed, at_node);

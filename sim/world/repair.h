@@ -12,7 +12,7 @@ namespace sim {
 /// the planned poses as it was found. Of others the material points and the normal stay: the impulse acts at t0, but along the
 /// normal that the bodies will have where they meet; the gap of edges, which the kernel follows from there, is the one that ends as
 /// it was found.
-ContactGeometry moved_back(const Contact& found, const Pose& planned_a, const Pose& planned_b, const Pose& a, const Pose& b);
+ContactGeometry moved_back(const FoundContact& found, const Pose& planned_a, const Pose& planned_b, const Pose& a, const Pose& b);
 
 class Repair {
 public:
@@ -37,7 +37,7 @@ public:
 
 private:
     bool is_left(const BodyPair& pair) const;
-    std::vector<Contact> contacts_of(const BodyPair& pair) const;
+    std::vector<FoundContact> contacts_of(const BodyPair& pair) const;
 
     const Bodies& bodies_;
     const StepSettings& settings_;

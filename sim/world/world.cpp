@@ -397,9 +397,10 @@ void WorldState::stop_at_impact(StepReport& report, bool& good) {
 /// converge.
 bool WorldState::plan_until_impact(const Impact& impact, StepReport& report) {
     const double longest = interval;
-    const Contact contact = search.pairs[impact.pair].manifold.contacts[impact.contact];
-    const auto a = static_cast<std::size_t>(search.pairs[impact.pair].manifold.body_a);
-    const auto b = static_cast<std::size_t>(search.pairs[impact.pair].manifold.body_b);
+    const Manifold& manifold = search.pairs[impact.pair].manifold;
+    const auto a = static_cast<std::size_t>(manifold.body_a);
+    const auto b = static_cast<std::size_t>(manifold.body_b);
+    const FoundContact contact = manifold.found(manifold.contacts[impact.contact], bodies.pose[a], bodies.pose[b]);
     const double shortest = shortest_interval(settings);
     interval = std::max(impact.time, shortest);
     for (int correction = 0; correction < most_rounds; ++correction) {

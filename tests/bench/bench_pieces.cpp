@@ -40,7 +40,7 @@ void box_box_manifold(benchmark::State& state) {
     const bool edges = state.range(0) == 1;
     const sim::Shape cube = sim::Box{};
     const Pose lower = lower_pose(edges), upper = upper_pose(edges);
-    std::vector<sim::Contact> contacts;
+    std::vector<sim::FoundContact> contacts;
     for (auto _ : state) {
         sim::find_contacts({cube, lower}, {cube, upper}, 1e-3, contacts);
         benchmark::DoNotOptimize(contacts.data());
@@ -142,7 +142,9 @@ void one_sweep(benchmark::State& state) {
         const auto lower = static_cast<std::size_t>(i);
         const auto upper = static_cast<std::size_t>(i + n * n);
         std::vector<sim::Contact>& own = contacts[lower];
-        sim::find_contacts({def.shape, bodies.pose[lower]}, {def.shape, bodies.pose[upper]}, 1e-3, own);
+        std::vector<sim::FoundContact> found;
+        sim::find_contacts({def.shape, bodies.pose[lower]}, {def.shape, bodies.pose[upper]}, 1e-3, found);
+        own = {found.begin(), found.end()};
         sim::Block like;
         like.a = i;
         like.b = i + n * n;

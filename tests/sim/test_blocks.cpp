@@ -22,7 +22,9 @@ struct Pair {
     Blocks loop;
 
     void arrange(double margin, double mu) {
-        find_contacts({bodies.props[0].shape, bodies.pose[0]}, {bodies.props[1].shape, bodies.pose[1]}, margin, contacts);
+        std::vector<FoundContact> found;
+        find_contacts({bodies.props[0].shape, bodies.pose[0]}, {bodies.props[1].shape, bodies.pose[1]}, margin, found);
+        contacts = {found.begin(), found.end()};
         for (const Contact& contact : contacts) {
             loop.contacts.push_back(&contact);
         }

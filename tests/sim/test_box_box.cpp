@@ -22,15 +22,15 @@ PlacedBox cube_at(const Vec3& position, const Quat& orientation = Quat::Identity
     return at(Vec3::Constant(0.5), {position, orientation});
 }
 
-std::vector<Contact> contacts_of(const PlacedBox& a, const PlacedBox& b, double margin = 0.1) {
-    std::vector<Contact> contacts;
+std::vector<FoundContact> contacts_of(const PlacedBox& a, const PlacedBox& b, double margin = 0.1) {
+    std::vector<FoundContact> contacts;
     box_box_contacts(a, b, box_box_axes(a, b), {margin, 0, contacts});
     return contacts;
 }
 
-std::vector<std::uint64_t> ids_of(const std::vector<Contact>& contacts) {
+std::vector<std::uint64_t> ids_of(const std::vector<FoundContact>& contacts) {
     std::vector<std::uint64_t> ids;
-    for (const Contact& contact : contacts) {
+    for (const FoundContact& contact : contacts) {
         ids.push_back(contact.feature.id);
     }
     std::ranges::sort(ids);
@@ -51,16 +51,16 @@ double shadow_gap(const PlacedBox& a, const PlacedBox& b, const Vec3& n) {
 }
 
 /// The corners of the overlap of two boxes' faces in the plane, seen from above.
-Vec3 lowest(const std::vector<Contact>& contacts) {
+Vec3 lowest(const std::vector<FoundContact>& contacts) {
     Vec3 lower = contacts.front().at.a;
-    for (const Contact& contact : contacts) {
+    for (const FoundContact& contact : contacts) {
         lower = lower.cwiseMin(contact.at.a);
     }
     return lower;
 }
-Vec3 highest(const std::vector<Contact>& contacts) {
+Vec3 highest(const std::vector<FoundContact>& contacts) {
     Vec3 upper = contacts.front().at.a;
-    for (const Contact& contact : contacts) {
+    for (const FoundContact& contact : contacts) {
         upper = upper.cwiseMax(contact.at.a);
     }
     return upper;
@@ -72,7 +72,7 @@ TEST(box_box, cube_on_cube_has_its_four_corners_as_contacts) {
     for (const double gap : {0.05, 0.0, -0.05}) {
         const auto contacts = contacts_of(cube_at(Vec3(0, 0, 1.0 + gap)), cube_at(Vec3::Zero()));
         ASSERT_EQ(contacts.size(), 4u);
-        for (const Contact& contact : contacts) {
+        for (const FoundContact& contact : contacts) {
             EXPECT_NEAR(contact.at.gap, gap, rounding);
             EXPECT_EQ(contact.at.n, Vec3(0, 0, 1)); // from b, below, to a
             EXPECT_NEAR(contact.at.a.z(), 0.5 + gap, rounding);
@@ -97,7 +97,7 @@ TEST(box_box, face_turned_by_45_degrees_touches_in_an_octagon) {
     ASSERT_EQ(contacts.size(), 8u);
     // |x| + |y| = sqrt(1/2) meets |x| = 1/2; corners count as inside up to 1e-6 of the half width.
     const double cut = std::sqrt(0.5) - 0.5;
-    for (const Contact& contact : contacts) {
+    for (const FoundContact& contact : contacts) {
         const Vec3 x = contact.at.a.cwiseAbs();
         EXPECT_NEAR(std::max(x.x(), x.y()), 0.5, 1e-6);
         EXPECT_NEAR(std::min(x.x(), x.y()), cut, 1e-6);
@@ -125,10 +125,10 @@ TEST(box_box, cubes_that_lean_against_each_other_as_mirror_images_push_along_the
         const double half_width = 0.5 * (std::cos(tilt) + std::sin(tilt)); // of a tilted cube, to its upper edge
         const PlacedBox left = cube_at({-half_width - 5e-4, 0, 0}, about(Vec3::UnitY(), tilt));
         const PlacedBox right = cube_at({half_width + 5e-4, 0, 0}, about(Vec3::UnitY(), -tilt));
-        const std::vector<Contact> contacts = contacts_of(left, right, 2e-3);
+        const std::vector<FoundContact> contacts = contacts_of(left, right, 2e-3);
         ASSERT_GE(contacts.size(), 2u) << tilt;
         double least = 1.0;
-        for (const Contact& contact : contacts) {
+        for (const FoundContact& contact : contacts) {
             EXPECT_LE((contact.at.n + Vec3::UnitX()).norm(), rounding) << tilt;
             least = std::min(least, contact.at.gap);
         }
@@ -168,10 +168,10 @@ TEST(box_box, exchanged_boxes_negate_the_normals_and_keep_the_gaps) {
         const auto forward = contacts_of(a, b);
         auto backward = contacts_of(b, a);
         ASSERT_EQ(forward.size(), backward.size());
-        for (const Contact& contact : forward) {
+        for (const FoundContact& contact : forward) {
             // Its partner: the nearest one; the crossing of edges is the only one of its kind.
             const bool is_edges = contact.feature.kind == FeatureKind::edges;
-            const auto nearest = std::ranges::min_element(backward, {}, [&](const Contact& other) {
+            const auto nearest = std::ranges::min_element(backward, {}, [&](const FoundContact& other) {
                 const double other_kind = (other.feature.kind == FeatureKind::edges) == is_edges ? 0.0 : 10.0;
                 return (other.at.b() - contact.at.a).norm() + (other.at.a - contact.at.b()).norm() + other_kind;
             });
@@ -188,7 +188,7 @@ TEST(box_box, geometry_of_the_feature_is_that_of_the_contact) {
     for (int i = 0; i < 2000; ++i) {
         const PlacedBox a = at(Vec3(0.5, 0.3, 0.2), numbers.pose(0.6));
         const PlacedBox b = at(Vec3(0.2, 0.4, 0.6), numbers.pose(0.6));
-        for (const Contact& contact : contacts_of(a, b)) {
+        for (const FoundContact& contact : contacts_of(a, b)) {
             const ContactGeometry g = contact_geometry(contact.feature, a.world_from_body, b.world_from_body);
             EXPECT_NEAR(g.gap, contact.at.gap, 1e-12);
             // Crossing edges that leave the faces nearly parallel take the face's normal: it is off theirs by
@@ -245,7 +245,7 @@ TEST(box_box, separation_of_overlapping_boxes_is_the_least_depth_over_all_direct
             contact_geometry(contacts.back().feature, a.world_from_body, b.world_from_body);
         EXPECT_NEAR(shadow_gap(a, b, last.n), s, 1e-7);
         double deepest = 0.0;
-        for (const Contact& contact : contacts) {
+        for (const FoundContact& contact : contacts) {
             deepest = std::min(deepest, contact.at.gap);
         }
         EXPECT_NEAR(deepest, s, 1e-7);
@@ -260,11 +260,11 @@ TEST(box_box, id_base_and_body_frames_of_parts_are_kept) {
     a.body_from_box = {Vec3(2, 0, 0), turn};
     a.world_from_body = {Vec3(0, 0, 1.01) - turn.conjugate() * Vec3(2, 0, 0), turn.conjugate()};
     const PlacedBox b = cube_at(Vec3::Zero());
-    std::vector<Contact> contacts;
+    std::vector<FoundContact> contacts;
     const std::uint64_t id_base = std::uint64_t{5} << 32;
     box_box_contacts(a, b, box_box_axes(a, b), {0.1, id_base, contacts});
     ASSERT_EQ(contacts.size(), 4u);
-    for (const Contact& contact : contacts) {
+    for (const FoundContact& contact : contacts) {
         EXPECT_EQ(contact.feature.id >> 32, 5u);
         EXPECT_NEAR(contact_geometry(contact.feature, a.world_from_body, b.world_from_body).gap, 0.01,
                     rounding);
@@ -324,7 +324,7 @@ TEST(box_box, faces_touch_where_one_polygon_cut_by_the_other_has_its_corners) {
         const std::vector<Vec3> corners = common_corners(above, below);
         EXPECT_EQ(contacts.size(), corners.size());
         ++counts.at(contacts.size());
-        for (const Contact& contact : contacts) {
+        for (const FoundContact& contact : contacts) {
             const Vec3 on_above = contact.at.b();
             const auto distance = [&](const Vec3& corner) { return (corner - on_above).norm(); };
             EXPECT_LT(distance(std::ranges::min(corners, {}, distance)), 1e-13);

@@ -22,7 +22,9 @@ struct Impacts {
         found.manifold.body_b = b;
         const auto ia = static_cast<std::size_t>(a);
         const auto ib = static_cast<std::size_t>(b);
-        find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 1e-3, found.manifold.contacts);
+        std::vector<FoundContact> contacts;
+        find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 1e-3, contacts);
+        replace_contacts(found, contacts);
         found.material = pair_material(bodies.props[ia], bodies.props[ib]);
     }
     CollisionReport resolve() {

@@ -38,7 +38,7 @@ struct Stack {
         found.manifold.body_b = b;
         const auto ia = static_cast<std::size_t>(a);
         const auto ib = static_cast<std::size_t>(b);
-        std::vector<Contact> contacts;
+        std::vector<FoundContact> contacts;
         find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 1e-3, contacts);
         replace_contacts(found, contacts);
     }
@@ -299,7 +299,10 @@ TEST(contact_solver, without_contacts_bodies_move_freely) {
 TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
     Stack stack(1);
     PairContacts old = stack.pairs[0];
-    const std::vector<Contact> contacts = old.manifold.contacts;
+    std::vector<FoundContact> contacts;
+    for (const Contact& contact : old.manifold.contacts) {
+        contacts.push_back(old.manifold.found(contact, stack.bodies.pose[0], stack.bodies.pose[1]));
+    }
     for (std::size_t i = 0; i < 4; ++i) {
         old.manifold.contacts[i].memory.p_n = static_cast<double>(i + 1);
     }
@@ -308,17 +311,17 @@ TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
     replace_contacts(pair, contacts);
     for (std::size_t i = 0; i < 4; ++i) {
         EXPECT_EQ(pair.manifold.contacts[i].memory.p_n, static_cast<double>(i + 1));
-        EXPECT_EQ(pair.manifold.contacts[i].feature.id, contacts[i].feature.id);
+        EXPECT_EQ(pair.manifold.contacts[i].id, contacts[i].feature.id);
     }
     for (Contact& contact : old.manifold.contacts) {
-        contact.feature.id += 1000; // other features, 1 mm away
-        contact.feature.core_a.x() += 1e-3;
+        contact.id += 1000; // other features, 1 mm away
+        contact.core_a.x() += 1e-3f;
     }
     pair = old;
     replace_contacts(pair, contacts);
     EXPECT_EQ(pair.manifold.contacts[2].memory.p_n, 3.0);
     old.manifold.contacts.resize(1); // contacts[3]
     pair = old;
-    replace_contacts(pair, {contacts[0]}); // far away, but there is no other
+    replace_contacts(pair, std::span(contacts).first(1)); // far away, but there is no other
     EXPECT_EQ(pair.manifold.contacts[0].memory.p_n, old.manifold.contacts[0].memory.p_n);
 }

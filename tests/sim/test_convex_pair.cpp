@@ -102,7 +102,7 @@ void check_pair(const Shape& shape_a, const Pose& a, const Shape& shape_b, const
     const brute::Solid solid_b = solid_of(shape_b, b);
     brute::Search expected(solid_a, solid_b);
     for (const bool exchanged : {false, true}) {
-        std::vector<Contact> contacts;
+        std::vector<FoundContact> contacts;
         const double margin = std::max(expected.gap, 0.0) + 1e-3;
         double separated = 0.0;
         if (exchanged) {
@@ -116,8 +116,8 @@ void check_pair(const Shape& shape_a, const Pose& a, const Shape& shape_b, const
             ADD_FAILURE() << "no contact, expected a gap of " << expected.gap;
             return;
         }
-        const Contact* lowest = &contacts[0];
-        for (const Contact& contact : contacts) {
+        const FoundContact* lowest = &contacts[0];
+        for (const FoundContact& contact : contacts) {
             // Of equal gaps the normal with the largest counts: others may repeat it along a face's normal.
             const double side = exchanged ? -1.0 : 1.0;
             const double difference = contact.at.gap - lowest->at.gap;
@@ -338,7 +338,7 @@ TEST(convex_pair, what_lies_on_a_wide_plate_is_found_on_its_near_side) {
     }
     const Shape plate = Hull{std::make_shared<const Polytope>(*convex_hull(corners))};
     const auto check = [&](const Shape& shape, const Pose& pose, const std::string& name) {
-        std::vector<Contact> contacts;
+        std::vector<FoundContact> contacts;
         find_contacts({plate, Pose{}}, {shape, pose}, 1e-3, contacts);
         ASSERT_FALSE(contacts.empty()) << name;
         EXPECT_NEAR(contacts[0].at.n.z(), -1.0, 1e-12) << name;

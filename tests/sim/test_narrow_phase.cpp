@@ -17,9 +17,9 @@ Pose at(double x, double y, double z) {
     return {Vec3(x, y, z), Quat::Identity()};
 }
 
-std::vector<Contact> contacts_of(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+std::vector<FoundContact> contacts_of(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                  double margin = 0.5) {
-    std::vector<Contact> contacts(3); // to be overwritten
+    std::vector<FoundContact> contacts(3); // to be overwritten
     find_contacts({a, pose_a}, {b, pose_b}, margin, contacts);
     return contacts;
 }
@@ -146,7 +146,7 @@ TEST(narrow_phase, every_part_of_a_compound_touches_by_itself) {
     const Pose above{Vec3(0, 0, 0.19), turned(Quat::Identity(), Vec3(0, 0, 2.0 * std::atan(1.0)))};
     const auto crossed = contacts_of(dumbbell, above, dumbbell, Pose{}, 0.05);
     ASSERT_EQ(crossed.size(), 4u);
-    for (const Contact& contact : crossed) {
+    for (const FoundContact& contact : crossed) {
         EXPECT_NEAR(contact.at.gap, -0.01, gap_rounding);
         EXPECT_LE((contact.at.n - Vec3(0, 0, 1)).norm(), gap_rounding);
     }
@@ -198,6 +198,6 @@ TEST(narrow_phase, contacts_are_ordered_by_id) {
     Numbers numbers(5);
     for (int i = 0; i < 300; ++i) {
         const auto contacts = contacts_of(Box{}, numbers.pose(0.6), Box{}, numbers.pose(0.6));
-        EXPECT_TRUE(std::ranges::is_sorted(contacts, {}, [](const Contact& c) { return c.feature.id; }));
+        EXPECT_TRUE(std::ranges::is_sorted(contacts, {}, [](const FoundContact& c) { return c.feature.id; }));
     }
 }

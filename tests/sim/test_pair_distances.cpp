@@ -71,7 +71,7 @@ TEST(pair_distances, depths_are_bounded_and_exact_where_they_matter) {
             for (int step = 0; step < 60; ++step) {
                 candidates.find();
                 for (const std::uint32_t near : distances.find_near(candidates)) {
-                    std::vector<Contact> contacts;
+                    std::vector<FoundContact> contacts;
                     find_contacts({a, pair.bodies.pose[0]}, {b, pair.bodies.pose[1]}, enough, contacts);
                     if (!candidates.all()[near].are_boxes) {
                         distances.set_found(candidates.all()[near], contacts);

@@ -14,7 +14,7 @@ namespace {
 
 /// Gap of a contact of a face or of crossing edges [m] as the solver measures it (solve/rest_kernel.cpp): the points, which are the
 /// gap apart along n, or the edges' normal, and the face's n go with their bodies from the poses `now`.
-double measured_gap(const Contact& contact, const std::array<Pose, 2>& now, const std::array<Pose, 2>& planned) {
+double measured_gap(const FoundContact& contact, const std::array<Pose, 2>& now, const std::array<Pose, 2>& planned) {
     const auto carried = [&](std::size_t body, const Vec3& x) {
         return Vec3(planned[body] * (now[body].orientation.conjugate() * (x - now[body].position)));
     };
@@ -42,11 +42,11 @@ TEST(repair, what_is_found_is_measured_as_it_was_found) {
         for (std::size_t i = 0; i < 2; ++i) {
             now[i] = {planned[i].position - h * numbers.vector(5.0), turned(planned[i].orientation, h * numbers.vector(20.0))};
         }
-        std::vector<Contact> contacts;
+        std::vector<FoundContact> contacts;
         find_contacts({cube, planned[0]}, {cube, planned[1]}, 0.0, contacts);
-        for (const Contact& found : contacts) {
+        for (const FoundContact& found : contacts) {
             const bool is_edges = found.feature.kind == FeatureKind::edges;
-            Contact before = found;
+            FoundContact before = found;
             before.at = moved_back(found, planned[0], planned[1], now[0], now[1]);
             // Normals of a face agree to 1e-9; those of edges, now and then, to the square of what the bodies turn.
             EXPECT_NEAR(measured_gap(before, now, planned), found.at.gap, is_edges ? 3e-3 * std::abs(before.at.gap) : 2e-7) << trial;

@@ -28,7 +28,9 @@ struct Approach {
         found.manifold.body_b = b;
         const auto ia = static_cast<std::size_t>(a);
         const auto ib = static_cast<std::size_t>(b);
-        find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 100.0, found.manifold.contacts);
+        std::vector<FoundContact> contacts;
+        find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 100.0, contacts);
+        replace_contacts(found, contacts);
     }
     std::optional<Impact> impact(double h) const {
         return time_of_impact(bodies, bodies.velocity, pairs, settings, h);
@@ -136,12 +138,12 @@ TEST(time_of_impact, far_side_of_a_rim_that_touches_is_followed_by_its_points) {
     const Pose floor;
     const Pose standing = pose_at(tilt);
     const Pose past_flat = pose_at(-tilt);
-    std::vector<Contact> contacts;
+    std::vector<FoundContact> contacts;
     find_contacts({cylinder, past_flat}, {Plane{}, floor}, 0.0, contacts);
-    const auto rim = std::ranges::find_if(contacts, [](const Contact& c) { return is_rim(c.feature); });
+    const auto rim = std::ranges::find_if(contacts, [](const FoundContact& c) { return is_rim(c.feature); });
     ASSERT_NE(rim, contacts.end());
     // As repair() hands it over: the points found at the end, where they were at the start.
-    Contact far = *rim;
+    FoundContact far = *rim;
     const auto at_start = [&](const Vec3& p) {
         return Vec3(standing.position + standing.orientation * (past_flat.orientation.conjugate() * (p - past_flat.position)));
     };
