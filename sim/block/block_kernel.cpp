@@ -4,47 +4,59 @@
 namespace sim {
 namespace {
 
-/// Solves the blocks of a batch with all others held, where velocities at their points changed by more than `skip` since the
-/// last time. Returns the largest change of each lane.
+/// Solves the blocks of these lanes with all others held. Returns the largest change of each lane.
 template <int N>
-Real visit_batch(const BatchSweep& sweep, BlockBatch& batch) {
-    Visit<N> v(batch, sweep.points + batch.first);
-    const Frame f = frame_of(batch);
-    v.twist = twist_of(sweep.velocity, batch, f);
-    for (int k = 0; k < N; ++k) {
-        v.x[k] = load(v.points[k].x);
-        v.y[k] = load(v.points[k].y);
-    }
+LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<N>& v) {
     const Real zero = real(0.0);
-    const Mask there = lanes_of(v.points[0].there);
-    const Twist seen{load3(batch.seen), load3(batch.seen + 3)};
-    const Twist since{v.twist.u - seen.u, v.twist.w - seen.w};
-    if (!any(there & (v.largest_square(since) > sweep.skip * sweep.skip))) {
-        store(batch.change, zero);
-        return zero;
-    }
     v.force = v.moment = {zero, zero, zero};
     v.change = v.left = zero;
     for (int k = 0; k < N; ++k) {
         const BatchPoint& point = v.points[k];
-        v.p_n[k] = load(point.p_n);
-        v.p_1[k] = load(point.p_t[0]);
-        v.p_2[k] = load(point.p_t[1]);
+        v.p_n[k] = v.load(point.p_n);
+        v.p_1[k] = v.load(point.p_t[0]);
+        v.p_2[k] = v.load(point.p_t[1]);
     }
     v.solve_normals(real(sweep.tolerance));
     if (batch.has_friction) {
         v.solve_friction();
     }
     for (int k = 0; k < N; ++k) {
-        store(v.points[k].p_n, v.p_n[k]);
-        store(v.points[k].p_t[0], v.p_1[k]);
-        store(v.points[k].p_t[1], v.p_2[k]);
+        BatchPoint& point = v.points[k];
+        v.store(point.p_n, v.p_n[k]);
+        v.store(point.p_t[0], v.p_1[k]);
+        v.store(point.p_t[1], v.p_2[k]);
     }
-    push_bodies(sweep.rows, sweep.velocity, batch, f.world(v.force), f.world(v.moment));
-    const Real change = select(there, v.change, zero);
-    store3(batch.seen, {v.twist.u.x, v.twist.u.y, select(v.left > sweep.skip, real(no_point), v.twist.u.z)});
-    store3(batch.seen + 3, v.twist.w);
-    store(batch.change, change);
+    const Frame f = frame_of(batch, v);
+    push_bodies(sweep.rows, sweep.velocity, batch, v, f.world(v.force), f.world(v.moment));
+    const Real change = select(v.lanes_of(v.points[0].there), v.change, zero);
+    v.store3(batch.seen, {v.twist.u.x, v.twist.u.y, select(v.left > sweep.skip, real(no_point), v.twist.u.z)});
+    v.store3(batch.seen + 3, v.twist.w);
+    v.store(batch.change, change);
+    return change;
+}
+
+/// The same for all lanes, where velocities at the points of one of them changed by more than `skip` since the last time.
+template <int N>
+Real visit_batch(const BatchSweep& sweep, BlockBatch& batch) {
+    BatchPoint* points = sweep.points + batch.first;
+    Twist twist[lane_count / width];
+    bool is_due = false;
+    for (int first = 0; first < lane_count; first += width) {
+        const Visit<N> v(batch, points, first);
+        const Twist now = twist[first / width] = twist_of(sweep.velocity, batch, frame_of(batch, v), v);
+        const Twist since{now.u - v.load3(batch.seen), now.w - v.load3(batch.seen + 3)};
+        is_due = is_due || any(v.lanes_of(points[0].there) & (v.largest_square(since) > sweep.skip * sweep.skip));
+    }
+    Real change = real(0.0);
+    if (!is_due) {
+        batch.change = {};
+        return change;
+    }
+    for (int first = 0; first < lane_count; first += width) {
+        Visit<N> v(batch, points, first);
+        v.twist = twist[first / width];
+        change = max(change, visit_lanes(sweep, batch, v));
+    }
     return change;
 }
 
@@ -70,11 +82,9 @@ double KERNEL(const BatchSweep& sweep) {
     for (std::size_t i = 0; i < sweep.batch_count; ++i) {
         worst = max(worst, visit_batch(sweep, sweep.batches[i]));
     }
-    Lanes of_lane;
-    store(of_lane, worst);
     double largest = 0.0;
-    for (const double change : of_lane.x) {
-        largest = largest < change ? change : largest;
+    for (int l = 0; l < width; ++l) {
+        largest = largest < worst[l] ? worst[l] : largest;
     }
     return largest;
 }

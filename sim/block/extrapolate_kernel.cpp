@@ -5,53 +5,53 @@
 namespace sim {
 namespace {
 
-LANES_INLINE Real3 impulse_of(const BatchPoint& point) {
-    return {load(point.p_t[0]), load(point.p_t[1]), load(point.p_n)};
+LANES_INLINE Real3 impulse_of(const BatchPoint& point, Window lanes) {
+    return {lanes.load(point.p_t[0]), lanes.load(point.p_t[1]), lanes.load(point.p_n)};
 }
 
 /// A batch's share of what Extrapolation::next() asks for.
 LANES_INLINE double along_step(const BatchExtrapolation& work, const BlockBatch& batch) {
-    Real sum = real(0.0);
-    for (int k = batch.first; k < batch.first + batch.count; ++k) {
-        const Real3 now = impulse_of(work.points[k]);
-        const ExtrapolatedPoint& before = work.before[k];
-        sum += dot(now - load3(before.begun), now - load3(before.swept));
-    }
-    Lanes sums;
-    store(sums, sum);
     double total = 0.0;
-    for (const double x : sums.x) {
-        total += x;
+    for (Window lanes; lanes.first < lane_count; lanes.first += width) {
+        Real sum = real(0.0);
+        for (int k = batch.first; k < batch.first + batch.count; ++k) {
+            const Real3 now = impulse_of(work.points[k], lanes);
+            const ExtrapolatedPoint& before = work.before[k];
+            sum += dot(now - lanes.load3(before.begun), now - lanes.load3(before.swept));
+        }
+        for (int l = 0; l < width; ++l) {
+            total += sum[l];
+        }
     }
     return total;
 }
 
-/// Repeats a share of what the last sweep did to the impulses of a batch, and gives its bodies the difference.
-LANES_INLINE void extrapolate_batch(const BatchExtrapolation& work, BlockBatch& batch) {
+/// Repeats a share of what the last sweep did to the impulses of these lanes, and gives their bodies the difference.
+LANES_INLINE void extrapolate_lanes(const BatchExtrapolation& work, BlockBatch& batch, Window lanes) {
     const Real zero = real(0.0);
-    Mask pulls = zero < zero; // until the next visit: eq. 3 holds there, and none passes it over
+    Mask pulls = nowhere(); // until the next visit: eq. 3 holds there, and none passes it over
     Real3 force{zero, zero, zero};
     Real3 moment{zero, zero, zero};
     for (int k = batch.first; k < batch.first + batch.count; ++k) {
         BatchPoint& point = work.points[k];
         ExtrapolatedPoint& before = work.before[k];
-        const Real x = load(point.x);
-        const Real y = load(point.y);
-        const Real3 now = impulse_of(point);
-        const Real3 added = real(work.share) * (now - load3(before.swept));
+        const Real x = lanes.load(point.x);
+        const Real y = lanes.load(point.y);
+        const Real3 now = impulse_of(point, lanes);
+        const Real3 added = real(work.share) * (now - lanes.load3(before.swept));
         const Real3 next = now + added;
         pulls |= next.z < 0.0;
-        store3(before.swept, now);
-        store3(before.begun, next);
-        store(point.p_t[0], next.x);
-        store(point.p_t[1], next.y);
-        store(point.p_n, next.z);
+        lanes.store3(before.swept, now);
+        lanes.store3(before.begun, next);
+        lanes.store(point.p_t[0], next.x);
+        lanes.store(point.p_t[1], next.y);
+        lanes.store(point.p_n, next.z);
         force = force + added;
         moment = moment + Real3{added.z * y, -(added.z * x), x * added.y - y * added.x};
     }
-    store(batch.seen[2], select(pulls, real(no_point), load(batch.seen[2])));
-    const Frame f = frame_of(batch);
-    push_bodies(work.rows, work.velocity, batch, f.world(force), f.world(moment));
+    lanes.store(batch.seen[2], select(pulls, real(no_point), lanes.load(batch.seen[2])));
+    const Frame f = frame_of(batch, lanes);
+    push_bodies(work.rows, work.velocity, batch, lanes, f.world(force), f.world(moment));
 }
 
 } // namespace
@@ -60,8 +60,10 @@ void KERNEL(const BatchExtrapolation& work) {
     for (std::size_t i = 0; i < work.batch_count; ++i) {
         if (work.along != nullptr) {
             work.along[i] = along_step(work, work.batches[i]);
-        } else {
-            extrapolate_batch(work, work.batches[i]);
+            continue;
+        }
+        for (Window lanes; lanes.first < lane_count; lanes.first += width) {
+            extrapolate_lanes(work, work.batches[i], lanes);
         }
     }
 }

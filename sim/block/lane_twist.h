@@ -13,9 +13,9 @@ struct Frame {
     LANES_INLINE Real3 world(const Real3& v) const { return world(v.x, v.y) + v.z * n; }
 };
 
-LANES_INLINE Frame frame_of(const BlockBatch& batch) {
-    const Real3 t1 = load3(batch.t1);
-    const Real3 n = load3(batch.n);
+LANES_INLINE Frame frame_of(const BlockBatch& batch, Window lanes) {
+    const Real3 t1 = lanes.load3(batch.t1);
+    const Real3 n = lanes.load3(batch.n);
     return {t1, cross(n, t1), n};
 }
 
@@ -29,15 +29,15 @@ struct Twist {
 };
 
 /// velocity: rows as in BatchSweep.
-LANES_INLINE Twist twist_of(const double* velocity, const BlockBatch& batch, const Frame& f) {
+LANES_INLINE Twist twist_of(const double* velocity, const BlockBatch& batch, const Frame& f, Window lanes) {
     Real a[8];
     Real b[8];
-    gather<8>(velocity, batch.a, a);
-    gather<8>(velocity, batch.b, b);
+    gather([&](int l) { return velocity + 8 * batch.a[lanes.first + l]; }, a);
+    gather([&](int l) { return velocity + 8 * batch.b[lanes.first + l]; }, b);
     const Real3 w_a{a[3], a[4], a[5]};
     const Real3 w_b{b[3], b[4], b[5]};
-    const Real3 v = Real3{a[0], a[1], a[2]} + cross(w_a, load3(batch.r_a)) -
-                    (Real3{b[0], b[1], b[2]} + cross(w_b, load3(batch.r_b)));
+    const Real3 v = Real3{a[0], a[1], a[2]} + cross(w_a, lanes.load3(batch.r_a)) -
+                    (Real3{b[0], b[1], b[2]} + cross(w_b, lanes.load3(batch.r_b)));
     return {{dot(f.t1, v), dot(f.t2, v), dot(f.n, v)},
             {dot(f.t1, w_a - w_b), dot(f.t2, w_a - w_b), dot(f.n, w_a - w_b)}};
 }
@@ -47,25 +47,24 @@ LANES_INLINE Twist twist_of(const double* velocity, const BlockBatch& batch, con
 LANES_INLINE void push(const BodyRows* rows, double* velocity, const int* body, unsigned moves, const Real3& r, const Real3& p,
                        const Real3& moment) {
     Real m[8];
-    gather<16>(rows->x, body, m);
+    gather([&](int l) { return rows[body[l]].x; }, m);
     const Real3 dv = m[0] * p;
     const Real3 dw = Sym3{m[1], m[2], m[3], m[4], m[5], m[6]} * (cross(r, p) + moment);
     const Real zero = real(0.0);
     Real change[8] = {dv.x, dv.y, dv.z, dw.x, dw.y, dw.z, zero, zero};
-    transpose(change);
-    for (int l = 0; l < lane_count; ++l) {
+    scatter(change, [&](int l, int place, const Real& numbers) {
         if ((moves >> l & 1u) != 0) {
-            double* row = velocity + 8 * body[l];
-            store(row, load(row) + change[l]);
+            double* row = velocity + 8 * body[l] + place;
+            store(row, load(row) + numbers);
         }
-    }
+    });
 }
 
 /// Gives both bodies of the blocks a wrench: a impulse p [N s] and moment [N m s] about the block's centre, b the opposite.
-LANES_INLINE void push_bodies(const BodyRows* rows, double* velocity, const BlockBatch& batch, const Real3& p,
+LANES_INLINE void push_bodies(const BodyRows* rows, double* velocity, const BlockBatch& batch, Window lanes, const Real3& p,
                               const Real3& moment) {
-    push(rows, velocity, batch.a, batch.moves_a, load3(batch.r_a), p, moment);
-    push(rows, velocity, batch.b, batch.moves_b, load3(batch.r_b), -p, -moment);
+    push(rows, velocity, batch.a + lanes.first, batch.moves_a >> lanes.first, lanes.load3(batch.r_a), p, moment);
+    push(rows, velocity, batch.b + lanes.first, batch.moves_b >> lanes.first, lanes.load3(batch.r_b), -p, -moment);
 }
 
 } // namespace

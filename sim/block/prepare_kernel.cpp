@@ -18,8 +18,8 @@ LANES_INLINE Real3 tangent_of(const Real3& n) {
     return (1.0 / sqrt(dot(t, t))) * t;
 }
 
-/// Centre, frame and points of the blocks of a batch, whose bodies have the rows a and b.
-LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, BatchPoint* points, const Real* a,
+/// Centre, frame and points of the blocks of these lanes, whose bodies have the rows a and b.
+LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, BatchPoint* points, Window lanes, const Real* a,
                         const Real* b) {
     const Real zero = real(0.0);
     Real3 on_a[block_size];
@@ -29,14 +29,11 @@ LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, 
     Real3 mean{zero, zero, zero};
     for (int k = 0; k < batch.count; ++k) {
         Real row[8];
-        for (int l = 0; l < lane_count; ++l) {
-            row[l] = load_anywhere(preparation.at[lane_count * k + l]);
-        }
-        transpose(row);
+        gather([&](int l) { return preparation.at[lane_count * k + lanes.first + l]; }, row);
         gap[k] = row[0];
         on_a[k] = {row[4], row[5], row[6]};
         n = k == 0 ? Real3{row[1], row[2], row[3]} : n;
-        const Real here = flag(lanes_of(points[k].there));
+        const Real here = flag(lanes.lanes_of(points[k].there));
         count += here;
         mean = mean + here * on_a[k];
     }
@@ -45,37 +42,36 @@ LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, 
     Real nearest_gap = gap[0];
     Real3 nearest = on_a[0];
     for (int k = 1; k < batch.count; ++k) {
-        const Mask nearer = lanes_of(points[k].there) & (gap[k] < nearest_gap);
+        const Mask nearer = lanes.lanes_of(points[k].there) & (gap[k] < nearest_gap);
         nearest_gap = select(nearer, gap[k], nearest_gap);
         nearest = select(nearer, on_a[k], nearest);
     }
     const Real3 centre = mean + dot(n, nearest - mean) * n;
-    store3(batch.r_a, centre - Real3{a[8], a[9], a[10]});
-    store3(batch.r_b, centre - nearest_gap * n - Real3{b[8], b[9], b[10]});
-    store(batch.nearest_gap, nearest_gap);
+    lanes.store3(batch.r_a, centre - Real3{a[8], a[9], a[10]});
+    lanes.store3(batch.r_b, centre - nearest_gap * n - Real3{b[8], b[9], b[10]});
+    lanes.store(batch.nearest_gap, nearest_gap);
     const Real3 t1 = tangent_of(n);
     const Real3 t2 = cross(n, t1);
-    store3(batch.t1, t1);
-    store3(batch.n, n);
-    const Twist before = twist_of(preparation.velocity, batch, {t1, t2, n});
-    store3(batch.before, {before.u.x, before.u.y, before.w.z});
-    batch.sticking = 0;
-    store(batch.node_weight, real(1.0));
-    store(batch.change, zero);
+    lanes.store3(batch.t1, t1);
+    lanes.store3(batch.n, n);
+    const Twist before = twist_of(preparation.velocity, batch, {t1, t2, n}, lanes);
+    lanes.store3(batch.before, {before.u.x, before.u.y, before.w.z});
+    lanes.store(batch.node_weight, real(1.0));
+    lanes.store(batch.change, zero);
     for (Lanes& seen : batch.seen) {
-        store(seen, real(no_point));
+        lanes.store(seen, real(no_point));
     }
     for (int k = 0; k < batch.count; ++k) {
         BatchPoint& point = points[k];
-        const Mask there = lanes_of(point.there);
-        store(point.x, flag(there) * dot(t1, on_a[k] - mean));
-        store(point.y, flag(there) * dot(t2, on_a[k] - mean));
-        store(point.gap, gap[k]);
-        store(point.height, dot(n, on_a[k] - nearest));
-        store(point.u_n_target, select(there, zero, real(no_point)));
+        const Mask there = lanes.lanes_of(point.there);
+        lanes.store(point.x, flag(there) * dot(t1, on_a[k] - mean));
+        lanes.store(point.y, flag(there) * dot(t2, on_a[k] - mean));
+        lanes.store(point.gap, gap[k]);
+        lanes.store(point.height, dot(n, on_a[k] - nearest));
+        lanes.store(point.u_n_target, select(there, zero, real(no_point)));
         Lanes* const at_zero[] = {&point.u_t_target[0], &point.u_t_target[1], &point.p_n, &point.p_t[0], &point.p_t[1]};
         for (Lanes* value : at_zero) {
-            store(*value, zero);
+            lanes.store(*value, zero);
         }
     }
 }
@@ -128,38 +124,46 @@ LANES_INLINE Real largest_eigenvalue(const Real* w, const Real& x, const Real& y
     return half_trace + sqrt(max(half_trace * half_trace - (k_11 * k_22 - k_12 * k_12), real(0.0)));
 }
 
+/// All that does not change while these lanes are iterated.
+LANES_INLINE void prepare(const BatchPreparation& preparation, BlockBatch& batch, Window lanes) {
+    BatchPoint* points = preparation.points + batch.first;
+    Real a[16];
+    Real b[16];
+    gather_two(preparation.rows->x, batch.a + lanes.first, a);
+    gather_two(preparation.rows->x, batch.b + lanes.first, b);
+    place(preparation, batch, points, lanes, a, b);
+    const Frame f = frame_of(batch, lanes);
+    const Real3 frame[3] = {f.t1, f.t2, f.n};
+    Real response[21];
+    for (Real& value : response) {
+        value = real(0.0);
+    }
+    add_body(frame, a, lanes.load3(batch.r_a), response);
+    add_body(frame, b, lanes.load3(batch.r_b), response);
+    // In lanes that are not there the equations have a solution, too.
+    const Mask there = lanes.lanes_of(points[0].there);
+    for (int row = 0; row < 6; ++row) {
+        for (int k = 0; k <= row; ++k) {
+            lanes.store(batch.response[at(row, k)], select(there, response[at(row, k)], real(row == k ? 1.0 : 0.0)));
+        }
+    }
+    // Points that are not there lie at the centre, where K_tt, convex in the place, is not the largest.
+    Real k_t = real(0.0);
+    for (int k = 0; k < batch.count; ++k) {
+        k_t = max(k_t, largest_eigenvalue(response, lanes.load(points[k].x), lanes.load(points[k].y)));
+    }
+    lanes.store(batch.per_k_t, 1.0 / k_t);
+}
+
 } // namespace
 
 void KERNEL(const BatchPreparation& preparation) {
     for (std::size_t i = 0; i < preparation.batch_count; ++i) {
         BlockBatch& batch = preparation.batches[i];
-        Real a[16];
-        Real b[16];
-        gather_two(preparation.rows->x, batch.a, a);
-        gather_two(preparation.rows->x, batch.b, b);
-        place(preparation, batch, preparation.points + batch.first, a, b);
-        const Frame f = frame_of(batch);
-        const Real3 frame[3] = {f.t1, f.t2, f.n};
-        Real response[21];
-        for (Real& value : response) {
-            value = real(0.0);
+        batch.sticking = 0;
+        for (Window lanes; lanes.first < lane_count; lanes.first += width) {
+            prepare(preparation, batch, lanes);
         }
-        add_body(frame, a, load3(batch.r_a), response);
-        add_body(frame, b, load3(batch.r_b), response);
-        // In lanes that are not there the equations have a solution, too.
-        const Mask there = lanes_of(preparation.points[batch.first].there);
-        for (int row = 0; row < 6; ++row) {
-            for (int k = 0; k <= row; ++k) {
-                store(batch.response[at(row, k)], select(there, response[at(row, k)], real(row == k ? 1.0 : 0.0)));
-            }
-        }
-        // Points that are not there lie at the centre, where K_tt, convex in the place, is not the largest.
-        Real k_t = real(0.0);
-        for (int k = 0; k < batch.count; ++k) {
-            const BatchPoint& point = preparation.points[batch.first + k];
-            k_t = max(k_t, largest_eigenvalue(response, load(point.x), load(point.y)));
-        }
-        store(batch.per_k_t, 1.0 / k_t);
     }
 }
 

@@ -13,13 +13,18 @@ constexpr int set_rounds = 5;
 constexpr double inconsistent = 1e-10;
 constexpr double infinity = __builtin_inf();
 
-/// A batch while it is solved.
+/// Lanes of a batch while they are solved.
 template <int N>
-struct Visit {
+struct Visit : Window {
     const BlockBatch& batch;
     BatchPoint* points;
-    LANES_INLINE Visit(const BlockBatch& of, BatchPoint* at) : batch(of), points(at) {}
     Real x[N], y[N];
+    LANES_INLINE Visit(const BlockBatch& of, BatchPoint* at, int first_lane) : Window{first_lane}, batch(of), points(at) {
+        for (int k = 0; k < N; ++k) {
+            x[k] = load(points[k].x);
+            y[k] = load(points[k].y);
+        }
+    }
     Real p_n[N], p_1[N], p_2[N];
     Twist twist;
     Real3 force, moment; ///< wrench added so far, in the block's frame

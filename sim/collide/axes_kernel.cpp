@@ -19,26 +19,19 @@ struct Best {
         index = select(better, real(i), index);
         side = select(better, select(offset >= 0.0, real(1.0), real(-1.0)), side);
     }
-    LANES_INLINE void write(const AxesSearch& search, int kind) const {
-        Lanes s;
-        Lanes i;
-        Lanes d;
-        store(s, separation);
-        store(i, index);
-        store(d, side);
-        for (int l = 0; l < search.count; ++l) {
-            search.axes[l]->separations[kind] = s.x[l];
-            search.axes[l]->indices[kind] = static_cast<signed char>(i.x[l]);
-            search.axes[l]->sides[kind] = static_cast<signed char>(d.x[l]);
+    LANES_INLINE void write(const AxesSearch& search, Window lanes, int kind) const {
+        for (int l = 0; l < width && lanes.first + l < search.count; ++l) {
+            BoxAxes& axes = *search.axes[lanes.first + l];
+            axes.separations[kind] = separation[l];
+            axes.indices[kind] = static_cast<signed char>(index[l]);
+            axes.sides[kind] = static_cast<signed char>(side[l]);
         }
     }
 };
 
-} // namespace
-
-void KERNEL(const AxesSearch& search) {
-    const Boxes a = gather_boxes(search.boxes, search.a);
-    const Boxes b = gather_boxes(search.boxes, search.b);
+LANES_INLINE void find_axes(const AxesSearch& search, Window lanes) {
+    const Boxes a = gather_boxes(search.boxes, search.a + lanes.first);
+    const Boxes b = gather_boxes(search.boxes, search.b + lanes.first);
     const Real3 b_to_a = a.centre - b.centre;
     const Mask all = real(0.0) == real(0.0);
     Real rotation[3][3];
@@ -78,9 +71,17 @@ void KERNEL(const AxesSearch& search) {
             edges.offer(crossing, s, 3 * i + j, offset);
         }
     }
-    face_a.write(search, 0);
-    face_b.write(search, 1);
-    edges.write(search, 2);
+    face_a.write(search, lanes, 0);
+    face_b.write(search, lanes, 1);
+    edges.write(search, lanes, 2);
+}
+
+} // namespace
+
+void KERNEL(const AxesSearch& search) {
+    for (Window lanes; lanes.first < search.count; lanes.first += width) {
+        find_axes(search, lanes);
+    }
 }
 
 } // namespace sim

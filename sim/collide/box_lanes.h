@@ -15,12 +15,8 @@ struct Boxes {
 LANES_INLINE Boxes gather_boxes(const PlacedBoxRow* boxes, const int* index) {
     Real low[8];
     Real high[8];
-    for (int l = 0; l < lane_count; ++l) {
-        low[l] = load(boxes[index[l]].axes);
-        high[l] = load(boxes[index[l]].axes + 8);
-    }
-    transpose(low);
-    transpose(high);
+    gather([&](int l) { return boxes[index[l]].axes; }, low);
+    gather([&](int l) { return boxes[index[l]].axes + 8; }, high);
     return {{{low[0], low[1], low[2]}, {low[3], low[4], low[5]}, {low[6], low[7], high[0]}},
             {high[1], high[2], high[3]},
             {high[4], high[5], high[6]}};

@@ -72,8 +72,8 @@ struct Stretch {
 /// The corners found, by slots.
 struct Slots {
     unsigned there[slot_count]; ///< a bit for each lane
-    Lanes s[slot_count], t[slot_count], x[slot_count], y[slot_count], gap[slot_count];
-    Lanes side[slot_count];
+    Real s[slot_count], t[slot_count], x[slot_count], y[slot_count], gap[slot_count];
+    Real side[slot_count];
 };
 
 /// Both faces of eight pairs.
@@ -86,12 +86,12 @@ struct FacePair {
 
     LANES_INLINE void put(Slots& slots, int slot, const Mask& there, const Real& s, const Real& t, const Real& cut_by) const {
         slots.there[slot] = bits_of(there);
-        store(slots.s[slot], s);
-        store(slots.t[slot], t);
-        store(slots.x[slot], x.at(s, t));
-        store(slots.y[slot], y.at(s, t));
-        store(slots.gap[slot], z.at(s, t));
-        store(slots.side[slot], cut_by);
+        slots.s[slot] = s;
+        slots.t[slot] = t;
+        slots.x[slot] = x.at(s, t);
+        slots.y[slot] = y.at(s, t);
+        slots.gap[slot] = z.at(s, t);
+        slots.side[slot] = cut_by;
     }
 
     LANES_INLINE void put_ends(Slots& slots, int slot, const Stretch& left, const Mask& low_inside, const Mask& high_inside,
@@ -136,12 +136,12 @@ struct FacePair {
     }
 };
 
-LANES_INLINE FacePair face_pair(const FaceClip& clip) {
-    const Boxes a = gather_boxes(clip.boxes, clip.reference);
-    const Boxes b = gather_boxes(clip.boxes, clip.incident);
-    const Real axis = load(clip.axis);
+LANES_INLINE FacePair face_pair(const FaceClip& clip, Window lanes) {
+    const Boxes a = gather_boxes(clip.boxes, clip.reference + lanes.first);
+    const Boxes b = gather_boxes(clip.boxes, clip.incident + lanes.first);
+    const Real axis = lanes.load(clip.axis);
     const Faces reference(a, axis == 0.0, axis == 1.0);
-    const Real3 normal = load(clip.outward) * reference.n;
+    const Real3 normal = lanes.load(clip.outward) * reference.n;
     Real along[3];
     for (int i = 0; i < 3; ++i) {
         along[i] = abs(dot(b.axes[i], normal));
@@ -163,11 +163,13 @@ LANES_INLINE FacePair face_pair(const FaceClip& clip) {
             (1.0 + aligned) * reference.half_v};
 }
 
-/// Copies what lane l found, in the boxes' own frames.
-void take_lane(const FaceClip& clip, const Slots& slots, int l, int incident_axis, double side, FaceCorners& out) {
-    const PlacedBoxRow& reference = clip.boxes[clip.reference[l]];
-    const PlacedBoxRow& incident = clip.boxes[clip.incident[l]];
-    const auto axis = static_cast<int>(clip.axis.x[l]);
+/// Copies what lane l of these found, in the boxes' own frames.
+void take_lane(const FaceClip& clip, const Slots& slots, Window lanes, int l, int incident_axis, double side) {
+    const int pair = lanes.first + l;
+    const PlacedBoxRow& reference = clip.boxes[clip.reference[pair]];
+    const PlacedBoxRow& incident = clip.boxes[clip.incident[pair]];
+    const auto axis = static_cast<int>(clip.axis.x[pair]);
+    FaceCorners& out = *clip.corners[pair];
     out.incident_face = 2 * incident_axis + (side > 0.0 ? 0 : 1);
     out.count = 0;
     // More than the most are the same point again, by rounding.
@@ -176,29 +178,27 @@ void take_lane(const FaceClip& clip, const Slots& slots, int l, int incident_axi
             continue;
         }
         FaceCorner& corner = out.corners[out.count++];
-        corner.on_reference[axis] = clip.outward.x[l] * reference.half[axis];
-        corner.on_reference[(axis + 1) % 3] = slots.x[slot].x[l];
-        corner.on_reference[(axis + 2) % 3] = slots.y[slot].x[l];
+        corner.on_reference[axis] = clip.outward.x[pair] * reference.half[axis];
+        corner.on_reference[(axis + 1) % 3] = slots.x[slot][l];
+        corner.on_reference[(axis + 2) % 3] = slots.y[slot][l];
         corner.on_incident[incident_axis] = side * incident.half[incident_axis];
-        corner.on_incident[(incident_axis + 1) % 3] = slots.s[slot].x[l] * incident.half[(incident_axis + 1) % 3];
-        corner.on_incident[(incident_axis + 2) % 3] = slots.t[slot].x[l] * incident.half[(incident_axis + 2) % 3];
-        corner.gap = slots.gap[slot].x[l];
-        corner.id = side_count * slot + static_cast<unsigned>(slots.side[slot].x[l]);
+        corner.on_incident[(incident_axis + 1) % 3] = slots.s[slot][l] * incident.half[(incident_axis + 1) % 3];
+        corner.on_incident[(incident_axis + 2) % 3] = slots.t[slot][l] * incident.half[(incident_axis + 2) % 3];
+        corner.gap = slots.gap[slot][l];
+        corner.id = side_count * slot + static_cast<unsigned>(slots.side[slot][l]);
     }
 }
 
 } // namespace
 
 void KERNEL(const FaceClip& clip) {
-    const FacePair pair = face_pair(clip);
-    Slots slots;
-    pair.find_corners(slots);
-    Lanes axis;
-    Lanes side;
-    store(axis, pair.incident_axis);
-    store(side, pair.side);
-    for (int l = 0; l < clip.count; ++l) {
-        take_lane(clip, slots, l, static_cast<int>(axis.x[l]), side.x[l], *clip.corners[l]);
+    for (Window lanes; lanes.first < clip.count; lanes.first += width) {
+        const FacePair pair = face_pair(clip, lanes);
+        Slots slots;
+        pair.find_corners(slots);
+        for (int l = 0; l < width && lanes.first + l < clip.count; ++l) {
+            take_lane(clip, slots, lanes, l, static_cast<int>(pair.incident_axis[l]), pair.side[l]);
+        }
     }
 }
 
