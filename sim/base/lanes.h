@@ -19,7 +19,6 @@ inline constexpr int width = 2;
 using Real = double __attribute__((vector_size(8 * width)));    ///< one number a lane
 using Mask = long long __attribute__((vector_size(8 * width))); ///< one truth value a lane: all its bits are set, or none
 using RealInMemory = Real __attribute__((may_alias));
-using RealAnywhere = Real __attribute__((may_alias, aligned(8))); ///< aligned to one number only
 
 LANES_INLINE Real load(const double* from) {
     return *reinterpret_cast<const RealInMemory*>(from);
@@ -27,11 +26,14 @@ LANES_INLINE Real load(const double* from) {
 LANES_INLINE void store(double* to, const Real& x) {
     *reinterpret_cast<RealInMemory*>(to) = x;
 }
+/// From numbers that are aligned to one only.
 LANES_INLINE Real load_anywhere(const double* from) {
-    return *reinterpret_cast<const RealAnywhere*>(from);
+    Real x;
+    __builtin_memcpy(&x, from, sizeof x);
+    return x;
 }
 LANES_INLINE void store_anywhere(double* to, const Real& x) {
-    *reinterpret_cast<RealAnywhere*>(to) = x;
+    __builtin_memcpy(to, &x, sizeof x);
 }
 /// The same in all lanes.
 LANES_INLINE Real real(double x) {
