@@ -88,19 +88,26 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody
 }
 
 void Manifold::keep_features(std::span<const FoundContact> found) {
-    features.clear();
-    if (!std::ranges::all_of(found, sim::is_flat, &FoundContact::feature)) {
-        for (const FoundContact& contact : found) {
-            features.push_back(contact.feature);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const bool is_told = is_flat(found[i].feature);
+        contacts[i].feature = static_cast<std::uint16_t>(is_told ? 0 : count + 1);
+        if (!is_told) {
+            features.resize(std::max(features.size(), count + 1));
+            features[count++] = found[i].feature;
         }
     }
+    if (count == 0 && !features.empty()) {
+        std::vector<ContactFeature>().swap(features); // most are flat for ever
+    }
+    features.resize(count);
 }
 
 FoundContact Manifold::found(const Contact& contact, const Pose& a, const Pose& b) const {
     FoundContact found;
     found.at = contact.at;
-    if (!features.empty()) {
-        found.feature = features[index_of(contact)];
+    if (contact.feature > 0) {
+        found.feature = features[contact.feature - 1u];
         return found;
     }
     found.feature.id = contact.id;

@@ -11,7 +11,7 @@
 namespace sim {
 
 /// What the gap of a contact is measured between. Core: a point, or the centre of a ball, fixed to its body.
-enum class FeatureKind : std::uint32_t {
+enum class FeatureKind : std::uint16_t {
     face_a, ///< core of b against a face of a; direction_a is that face's outward normal
     face_b, ///< core of a against a face of b; direction_b is that face's outward normal
     cores,  ///< core against core (ball and ball, ball and corner)
@@ -116,22 +116,19 @@ struct Contact {
     std::uint64_t id = 0;
     Eigen::Vector3f core_a = Eigen::Vector3f::Zero(); ///< [m] body frame of a
     FeatureKind kind = FeatureKind::cores;
+    std::uint16_t feature = 0; ///< 0: flat; else, one less is the index of its features among those of the manifold
 };
-static_assert(sizeof(Contact) == sizeof(ContactGeometry) + sizeof(ContactMemory) + sizeof(std::uint64_t) + sizeof(Eigen::Vector3f) +
-                                     sizeof(FeatureKind));
+static_assert(sizeof(Contact) == sizeof(ContactGeometry) + sizeof(ContactMemory) + 24);
 
 /// All contacts of one pair of bodies, a < b.
 struct Manifold {
     int body_a = -1;
     int body_b = -1;
     std::vector<Contact> contacts;
-    std::vector<ContactFeature> features; ///< [contacts]; none where all of them are flat
+    std::vector<ContactFeature> features; ///< of contacts that are not flat: the others' geometry tells them
 
-    /// Keeps the features of these contacts, those that it has, where their geometry does not tell them.
+    /// Keeps the features of its contacts, found as these.
     void keep_features(std::span<const FoundContact> found);
-    /// Index of one of its contacts.
-    std::size_t index_of(const Contact& contact) const { return static_cast<std::size_t>(&contact - contacts.data()); }
-    bool is_flat(const Contact& contact) const { return features.empty() || sim::is_flat(features[index_of(contact)]); }
     /// One of them as it was found; a, b: the poses of the bodies then.
     FoundContact found(const Contact& contact, const Pose& a, const Pose& b) const;
 };

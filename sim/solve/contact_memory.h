@@ -20,7 +20,7 @@ struct PairContacts {
 
     /// Of one of its contacts, to be changed.
     ContactMemory& memory_of(const Contact& contact) {
-        return manifold.contacts[manifold.index_of(contact)].memory;
+        return manifold.contacts[static_cast<std::size_t>(&contact - manifold.contacts.data())].memory;
     }
 };
 

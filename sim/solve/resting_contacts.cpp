@@ -202,9 +202,9 @@ void RestingContacts::start_lane(const Bodies& bodies, const Manifold& manifold,
     const Contact& first = *own.front();
     const Contact& last = *own.back(); // by its id: crossing edges, if there are any
     const bool has_edges = last.kind == FeatureKind::edges;
-    bool is_plain = manifold.is_flat(first) || own.size() == 1;
+    bool is_plain = first.feature == 0 || own.size() == 1;
     for (const Contact* contact : own) {
-        const bool is_on_face = contact->kind == first.kind && manifold.is_flat(*contact);
+        const bool is_on_face = contact->kind == first.kind && contact->feature == 0;
         is_plain = is_plain && (is_on_face || (has_edges && contact == &last));
     }
     rest.plain |= is_plain ? bit : 0u;
@@ -216,7 +216,7 @@ void RestingContacts::start_lane(const Bodies& bodies, const Manifold& manifold,
     const auto a = static_cast<std::size_t>(batch.a[lane]);
     const auto b = static_cast<std::size_t>(batch.b[lane]);
     rest.reach.x[lane] = wander_share * std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
-    const ContactFeature& edges = manifold.features[manifold.index_of(last)];
+    const ContactFeature& edges = manifold.features[last.feature - 1u];
     const Vec3 edge_a = bodies.pose[a].orientation * edges.direction_a;
     const Vec3 edge_b = bodies.pose[b].orientation * edges.direction_b;
     for (int axis = 0; axis < 3; ++axis) {
