@@ -166,6 +166,35 @@ TEST(manifold, a_common_rigid_motion_moves_the_geometry_with_it_for_every_kind) 
     }
 }
 
+/// Those of points at faces are not kept: geometry and poses tell them.
+TEST(manifold, features_are_told_again_as_they_were_found) {
+    Numbers numbers(5);
+    const Pose a = numbers.pose(1.0);
+    const Pose b = numbers.pose(1.0);
+    std::vector<FoundContact> found;
+    for (const ContactFeature& feature : features_of_all_kinds(numbers)) {
+        FoundContact& contact = found.emplace_back();
+        contact.feature = feature;
+        contact.feature.id = found.size();
+        if (feature.kind == FeatureKind::face_a || feature.kind == FeatureKind::face_b) {
+            contact.feature.radius_a = contact.feature.radius_b = contact.feature.allowance = 0.0;
+        }
+        contact.at = contact_geometry(contact.feature, a, b);
+    }
+    Manifold manifold;
+    manifold.contacts = {found.begin(), found.end()};
+    manifold.keep_features(found);
+    EXPECT_EQ(manifold.features.size(), found.size() - 4);
+    const Pose later_a = numbers.pose(1.0);
+    const Pose later_b = numbers.pose(1.0);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const FoundContact again = manifold.found(manifold.contacts[i], a, b);
+        EXPECT_EQ(again.feature.id, i + 1);
+        EXPECT_TRUE(again.feature.kind == found[i].feature.kind);
+        expect_same(contact_geometry(again.feature, later_a, later_b), contact_geometry(found[i].feature, later_a, later_b));
+    }
+}
+
 TEST(manifold, rim_above_a_face_touches_with_its_lowest_point) {
     ContactFeature feature = feature_of(FeatureKind::rim_on_face_b);
     feature.direction_a = Vec3::UnitZ();
