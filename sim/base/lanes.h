@@ -176,9 +176,6 @@ LANES_INLINE Real dot(Real3 a, Real3 b) {
 LANES_INLINE Real3 cross(Real3 a, Real3 b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-LANES_INLINE Real norm(Real3 a) {
-    return sqrt(dot(a, a));
-}
 LANES_INLINE Real3 select(Mask m, Real3 yes, Real3 no) {
     return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
 }

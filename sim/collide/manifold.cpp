@@ -97,10 +97,10 @@ void Manifold::keep_features(std::span<const FoundContact> found) {
             features[count++] = found[i].feature;
         }
     }
-    if (count == 0 && !features.empty()) {
-        std::vector<ContactFeature>().swap(features); // most are flat for ever
-    }
     features.resize(count);
+    if (count == 0) {
+        features.shrink_to_fit(); // flat ones mostly stay so
+    }
 }
 
 FoundContact Manifold::found(const Contact& contact, const Pose& a, const Pose& b) const {

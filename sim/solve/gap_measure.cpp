@@ -138,7 +138,8 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
         BatchPoint& in_lanes = loop.points[at];
         const LanePoint point(in_lanes, lane);
         const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k];
-        const Displacement moved = displacement(interval, manifold.found(contact, interval.from_a, interval.from_b), frame.frame.col(2), tangents, point.tangential_velocity(twist));
+        const Displacement moved = displacement(interval, manifold.found(contact, interval.from_a, interval.from_b),
+                                                frame.frame.col(2), tangents, point.tangential_velocity(twist));
         const double missing = contacts.rest_points[at].gap_target.x[lane] - moved.gap;
         in_lanes.u_n_target.x[lane] = point.normal_velocity(twist) + missing / to.h;
         const Vec2 target = point.tangential_velocity(twist) - moved.d_t / to.h;
