@@ -27,7 +27,8 @@ inline constexpr double rounding_share = 1e-12;
 inline constexpr double same_share = 1e-9;
 
 /// Two rows of 64 bytes of a body. As the interval begins: inverse mass [1/kg] and inverse inertia tensor [1/(kg m^2)]
-/// (xx xy xz yy yz zz); position in the second. As predicted at its end: rotation since then (row by row), position.
+/// (xx xy xz yy yz zz); position, orientation (x y z w) and bounding radius [m] in the second. As predicted at its end: rotation
+/// since then (row by row), position.
 struct alignas(64) BodyRows {
     double x[16];
 };

@@ -139,8 +139,10 @@ void BlockBodies::begin(const Bodies& bodies, std::span<const std::size_t> which
         for (const std::size_t k : which.subspan(first, last - first)) {
             const Vec3& x = bodies.pose[k].position;
             const Mat3& j = bodies.inverse_inertia[k];
-            const double row[] = {bodies.props[k].inverse_mass, j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2), j(2, 2), 0.0, x.x(),
-                                  x.y(), x.z()};
+            const Eigen::Vector4d& q = bodies.pose[k].orientation.coeffs();
+            const double row[] = {bodies.props[k].inverse_mass,
+                                  j(0, 0), j(0, 1), j(0, 2), j(1, 1), j(1, 2), j(2, 2), 0.0,
+                                  x.x(), x.y(), x.z(), q[0], q[1], q[2], q[3], bodies.props[k].bounding_radius};
             std::ranges::copy(row, rows[k].x);
         }
     };
@@ -254,6 +256,16 @@ std::size_t Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
 
 std::span<const int> Blocks::blocks_in(std::size_t i) const {
     return std::span(order_).subspan(planned_[i].first, planned_[i].lanes);
+}
+
+void Blocks::prefetch(std::size_t i) const {
+    for (const int block : blocks_in(i)) {
+        for (const Contact* contact : contacts_of(blocks[static_cast<std::size_t>(block)])) {
+            for (std::size_t at = 0; at < sizeof(Contact); at += 64) {
+                __builtin_prefetch(reinterpret_cast<const char*>(contact) + at);
+            }
+        }
+    }
 }
 
 void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {

@@ -26,12 +26,12 @@ enum class FeatureKind : std::uint16_t {
 struct ContactFeature {
     std::uint64_t id : 56 = 0; ///< of the features within their pair; the same from step to step
     FeatureKind kind : 8 = FeatureKind::cores;
-    double radius_a = 0.0;           ///< [m] of the ball around the core of a, or of the rim whose centre it is
-    double radius_b = 0.0;           ///< [m]
     Vec3 core_a = Vec3::Zero();      ///< [m] body frame of a
     Vec3 core_b = Vec3::Zero();      ///< [m] body frame of b
     Vec3 direction_a = Vec3::Zero(); ///< unit, body frame of a; edges: such that n is along direction_a x direction_b
     Vec3 direction_b = Vec3::Zero(); ///< unit, body frame of b
+    double radius_a = 0.0;           ///< [m] of the ball around the core of a, or of the rim whose centre it is
+    double radius_b = 0.0;           ///< [m]
     /// [m] added to the gap: a point that a face would count as inside, while crossing edges keep the bodies
     /// apart.
     double allowance = 0.0;
@@ -77,14 +77,14 @@ struct ContactGeometry {
 /// What a contact hands to the next step, in the order that rest_kernel.cpp has; nothing where it has just been found.
 struct ContactMemory {
     double p_n = 0.0;            ///< [N s]
-    Vec3 p_t = Vec3::Zero();     ///< [N s], world
+    Vec3 p_t = Vec3::Zero();     ///< [N s], world; energy_taken() where there is no p_n
     double signed_interval = 0.0; ///< time those impulses stood for [s]; negative: it sticks (eq. 6)
     double force_share = 1.0;    ///< [-] of them that was a force; the rest answered an impact
     double last_interval = 0.0;  ///< [s] moved since; 0: they lack nothing (new, or after an impact)
     double approach_speed = 0.0; ///< [m/s] that a contact placed ahead of its impact took away
-    double energy_taken = 0.0;   ///< [J] taken away with approach_speed
 
     double interval() const { return std::abs(signed_interval); }
+    double energy_taken() const { return p_n == 0.0 ? p_t.x() : 0.0; } ///< [J] taken away with approach_speed
     bool is_sticking() const { return signed_interval < 0.0; }
     /// Share [-] of the impulses that acts after the instant (the half kick): velocities stored before the next impulses lack it.
     double owed() const { return signed_interval != 0.0 ? force_share * 0.5 * last_interval / interval() : 0.0; }
@@ -112,7 +112,7 @@ struct Contact {
     }
 
     ContactGeometry at;
-    ContactMemory memory;
+    mutable ContactMemory memory; ///< the solver's
     std::uint64_t id = 0;
     Eigen::Vector3f core_a = Eigen::Vector3f::Zero(); ///< [m] body frame of a
     FeatureKind kind = FeatureKind::cores;

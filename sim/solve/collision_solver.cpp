@@ -170,7 +170,7 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
             continue;
         }
         if (now.number == 0) {
-            energy_owed_ += contact.memory.energy_taken;
+            energy_owed_ += contact.memory.energy_taken();
         }
         loop_.contacts.push_back(&contact);
         // Newton's law: it leaves with e times the speed of its approach.
@@ -286,7 +286,7 @@ void CollisionSolver::report_impacts(int pass) {
                 // That impulse took the speed from approach_speed to about what is left of it: its work over their
                 // mean.
                 const double approach = targets_[static_cast<std::size_t>(block.first) + i].approach;
-                impulse.z() += 2.0 * memory.energy_taken / (memory.approach_speed + std::max(approach, 0.0));
+                impulse.z() += 2.0 * memory.energy_taken() / (memory.approach_speed + std::max(approach, 0.0));
             }
             const Vec3 middle = contact->at.middle();
             impacts->push_back({{block.a, block.b},

@@ -128,13 +128,13 @@ std::size_t ContactGroups::group_of(const PairContacts& pair) const {
     return static_cast<std::size_t>(std::max({a, b, 0}));
 }
 
-void ContactGroups::drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to) {
+void ContactGroups::drop(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair, Prediction& to) {
     ContactGroup& group = groups_[group_of(pairs[static_cast<std::size_t>(pair)])];
-    group.contacts.drop(bodies, pairs, pair, to);
+    group.contacts.drop(bodies, pair, to);
     group.is_due = true;
 }
 
-void ContactGroups::add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
+void ContactGroups::add(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> added,
                         std::span<const Velocity> at_node, Prediction& to) {
     for (const int index : added) {
         const PairContacts& pair = pairs[static_cast<std::size_t>(index)];
@@ -170,7 +170,7 @@ void ContactGroups::add(const Bodies& bodies, std::vector<PairContacts>& pairs, 
 
 /// A body, with its group, if it has one, becomes part of a group; or that of its group, which may be larger. added: pairs that
 /// are to follow.
-void ContactGroups::join(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t body, std::size_t into,
+void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t body, std::size_t into,
                          std::span<const int> added, Prediction& to) {
     if (group_of_[body] < 0) {
         group_of_[body] = static_cast<int>(into);
@@ -189,7 +189,7 @@ void ContactGroups::join(const Bodies& bodies, std::vector<PairContacts>& pairs,
     ContactGroup& target = groups_[into];
     std::vector<int> moved;
     for (const int index : source.pairs) {
-        source.contacts.drop(bodies, pairs, index, to); // the pair remembers its impulses
+        source.contacts.drop(bodies, index, to); // the pair remembers its impulses
         if (std::ranges::find(added, index) == added.end()) {
             moved.push_back(index);
         }

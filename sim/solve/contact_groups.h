@@ -41,9 +41,9 @@ public:
               std::span<const std::size_t> solved, Workers* workers);
 
     /// See RestingContacts. Groups that they connect become one.
-    void add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added, std::span<const Velocity> at_node,
+    void add(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> added, std::span<const Velocity> at_node,
              Prediction& to);
-    void drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to);
+    void drop(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair, Prediction& to);
 
     /// Calls work(group) for those of which is_one(group) is true. Threads share the loops of each of the large ones, and of few;
     /// of others each thread takes some.
@@ -86,7 +86,7 @@ private:
     int find_islands(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                      std::span<const std::size_t> solved);
     std::size_t group_of(const PairContacts& pair) const;
-    void join(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t body, std::size_t into,
+    void join(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t body, std::size_t into,
               std::span<const int> added, Prediction& to);
 
     std::shared_ptr<BlockBodies> block_bodies_ = std::make_shared<BlockBodies>();

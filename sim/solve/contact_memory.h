@@ -17,11 +17,6 @@ struct PairContacts {
     bool is_repaired = false;          ///< it was given other contacts in this solve; see ContactSearch::put_back()
     Vec3 owed_impulse = Vec3::Zero();  ///< [N s] on a: the owed share of the impulses remembered, at the present points
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
-
-    /// Of one of its contacts, to be changed.
-    ContactMemory& memory_of(const Contact& contact) {
-        return manifold.contacts[static_cast<std::size_t>(&contact - manifold.contacts.data())].memory;
-    }
 };
 
 /// Asks for what lies anywhere in memory, before its turn comes.

@@ -53,11 +53,12 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
               .slip_tolerance = left_share * settings.tolerance,
               .gravity = {gravity.x(), gravity.y(), gravity.z()},
               .weight = gravity.norm(),
+              .wander_share = wander_share,
               .warm_start = settings.warm_start,
               .is_stretched = h > memory_interval_};
 }
 
-void ContactSolver::prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                             const StepSettings& settings, double h) {
     set_rules(settings, h);
     joint_weight_.clear();
@@ -150,7 +151,8 @@ int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& c
     return count;
 }
 
-ContactSolveReport ContactSolver::solve(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints) {
+ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,
+                                        std::span<const Joint> joints) {
     const auto is_due = [](const ContactGroup& group) { return group.is_due; };
     groups_.for_each(workers_, is_due, [&](ContactGroup& group) { solve_group(bodies, pairs, joints, group); });
     ContactSolveReport report;
@@ -166,7 +168,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, std::vector<PairCo
     return report;
 }
 
-void ContactSolver::solve_group(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                                 ContactGroup& group) {
     RestingContacts& contacts = group.contacts;
     Workers* const workers = contacts.loop.workers;
@@ -214,7 +216,7 @@ void ContactSolver::solve_group(const Bodies& bodies, std::vector<PairContacts>&
     report.converged = report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
 }
 
-void ContactSolver::store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs,
+void ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                    std::span<Joint> joints) {
     memory_interval_ = converged_ ? rules_.h : 0.0;
     at_node_ = bodies.velocity;

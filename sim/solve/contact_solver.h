@@ -16,24 +16,24 @@ public:
     /// Groups of all contacts of `pairs` at the poses of `bodies`, which the first solve() warm-starts. `bodies.velocity` are
     /// those at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.
     /// `pairs` and what they hold stay where they are until store_impulses(), but for pairs that are added, or dropped.
-    void prepare(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+    void prepare(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                  const StepSettings& settings, double h);
 
     /// See ContactGroups.
-    void add_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
+    void add_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> added,
                       std::span<const Velocity> at_node) {
         groups_.add(bodies, pairs, added, at_node, to_);
     }
-    void drop_contacts(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair) {
+    void drop_contacts(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair) {
         groups_.drop(bodies, pairs, pair, to_);
     }
 
     /// Iterates until the predicted gaps are closed, in the groups where contacts have been added or dropped since. Fills
     /// velocity() and predicted(). iterations: the most of a group.
-    ContactSolveReport solve(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints);
+    ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints);
 
     /// Stores impulses and marks in the memory of pairs and joints.
-    void store_impulses(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<Joint> joints);
+    void store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<Joint> joints);
 
     /// Once the impulses are stored: what kinematic bodies and motors do by them.
     DriveWork drive_work(const Bodies& bodies);
@@ -74,7 +74,7 @@ private:
     void take_uncertain(ContactGroup& group);
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
     int iterate(ContactGroup& group, int budget, double part, bool& converged);
-    void solve_group(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
+    void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
 
     StepSettings settings_;
     RestRules rules_;

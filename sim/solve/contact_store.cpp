@@ -120,14 +120,17 @@ void RestingContacts::find_hit_bodies(std::span<char> is_reached) {
     }
 }
 
-void RestingContacts::store(std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to,
+void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to,
                             std::span<Velocity> at_node) {
     find_hit_bodies(to.is_reached);
     loop.share_colours([&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             RestWork work = work_of(RestPhase::store, i, i + 1, to.velocity);
             work.at_node = at_node.front().v.data();
-            work_with_memory(work, i, pairs);
+            if (i + 1 < last) {
+                loop.prefetch(i + 1);
+            }
+            work_with_memory(work, i);
         }
     });
     if (!has_all_) {
@@ -136,7 +139,7 @@ void RestingContacts::store(std::vector<PairContacts>& pairs, std::span<const in
 }
 
 /// Contacts that no block holds have no impulses.
-void RestingContacts::forget_left_out(std::vector<PairContacts>& pairs, std::span<const int> own) const {
+void RestingContacts::forget_left_out(const std::vector<PairContacts>& pairs, std::span<const int> own) const {
     std::vector<const Contact*> held;
     for (const Block& block : loop.blocks) {
         const std::span<const Contact* const> in_block = loop.contacts_of(block);
@@ -144,7 +147,7 @@ void RestingContacts::forget_left_out(std::vector<PairContacts>& pairs, std::spa
     }
     std::ranges::sort(held);
     for (const int i : own) {
-        for (Contact& contact : pairs[static_cast<std::size_t>(i)].manifold.contacts) {
+        for (const Contact& contact : pairs[static_cast<std::size_t>(i)].manifold.contacts) {
             if (!std::ranges::binary_search(held, &contact)) {
                 contact.memory = {};
             }

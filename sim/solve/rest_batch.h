@@ -13,11 +13,9 @@ struct RestPoint {
 
 /// A batch, beside its BlockBatch.
 struct RestBlock {
-    Lanes edge_a[3];    ///< of crossing edges: their directions, so that n is along edge_a x edge_b
-    Lanes edge_b[3];
     Lanes least_gap;    ///< [m] of the pair as the interval begins: a contact that repair found may overlap there by more
-    Lanes reach;        ///< [m] of crossing edges: how far the touch may wander
     Lanes load; ///< [N s] that the force of the last step would give in this interval; once stored, how much of p_n is a force
+    const double* crossing[lane_count]; ///< of crossing edges a row of their features: direction_a, direction_b
     unsigned edges = 0; ///< bit l: one of its points is of crossing edges
     unsigned plain = 0; ///< bit l: all points but those of crossing edges are fixed to one body, at a face of the other: measured in lanes
     unsigned fresh = 0; ///< bit l: no point of it bore a load in the last interval; it approaches, or a collision reaches it
@@ -43,6 +41,7 @@ struct RestRules {
     double slip_tolerance = 0.0;     ///< [m]
     double gravity[3] = {0.0, 0.0, 0.0};
     double weight = 0.0; ///< [m/s^2] its size
+    double wander_share = 0.0;
     bool warm_start = true;
     bool is_stretched = false; ///< the last solve did not converge, or its interval was shorter
 };

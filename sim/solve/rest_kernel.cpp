@@ -50,6 +50,24 @@ struct Motion {
     LANES_INLINE Real3 position() const { return {row[9], row[10], row[11]}; }
 };
 
+/// A body as the interval begins.
+struct Placed {
+    Real3 axis; ///< of its orientation, a quaternion
+    Real w, radius;
+    LANES_INLINE Placed(const BodyRows* begin, const int* body) {
+        Real row[8];
+        gather([&](int l) { return begin[body[l]].x + 8; }, row);
+        axis = {row[3], row[4], row[5]};
+        w = row[6];
+        radius = row[7];
+    }
+    LANES_INLINE Real3 turn(const Real3& v) const {
+        const Real3 across = cross(axis, v);
+        const Real3 twice = across + across;
+        return v + w * twice + cross(axis, twice);
+    }
+};
+
 /// Normal of crossing edges.
 LANES_INLINE Real3 edge_normal(const Real3& edge_a, const Real3& edge_b) {
     const Real one = real(1.0);
@@ -64,21 +82,27 @@ LANES_INLINE Real3 edge_normal(const Real3& edge_a, const Real3& edge_b) {
 struct Edges {
     Real3 a, b, n;
     Real3 lean; ///< where impulses act along another normal: how much their points differ from the edges', per gap
+    Real size;  ///< [m] of the smaller body
     LANES_INLINE Edges() {}
-    LANES_INLINE Edges(const RestBlock& block, Window lanes, const Motion& move_a, const Motion& move_b, const Real3& n_b) {
-        const Real3 a_before = lanes.load3(block.edge_a);
-        const Real3 b_before = lanes.load3(block.edge_b);
+    /// rows: their directions in the bodies' frames.
+    LANES_INLINE Edges(const double* const* rows, const Placed& on_a, const Placed& on_b, const Motion& move_a,
+                       const Motion& move_b, const Real3& n_b) {
+        Real row[8];
+        gather([&](int l) { return rows[l]; }, row);
+        const Real3 a_before = on_a.turn({row[0], row[1], row[2]});
+        const Real3 b_before = on_b.turn({row[3], row[4], row[5]});
+        size = min(on_a.radius, on_b.radius);
         a = move_a.turn(a_before);
         b = move_b.turn(b_before);
         n = edge_normal(a, b);
         lean = n_b - move_b.turn(edge_normal(a_before, b_before));
     }
-    /// Has the touch wandered too far [m] along them? d: of points on them that touched as the interval began. The lines of
-    /// edges that are parallel are nowhere near.
-    LANES_INLINE Mask wander(const Real& reach, const Real3& d) const {
+    /// Has the touch wandered along them by more than this share [-] of the body? d: of points on them that touched as the
+    /// interval began. The lines of edges that are parallel are nowhere near.
+    LANES_INLINE Mask wander(double share, const Real3& d) const {
         const Real cosine = dot(a, b);
         const Real sine_square = 1.0 - cosine * cosine;
-        return abs(cosine * dot(d, b) - dot(d, a)) > reach * abs(sine_square);
+        return abs(cosine * dot(d, b) - dot(d, a)) > share * size * abs(sine_square);
     }
 };
 
@@ -268,7 +292,9 @@ struct Rest : Window {
         const Real3 n_face = select(lanes_of(batch.face_of_a), n_a, n_b);
         Edges edges;
         if (block.edges != 0) {
-            edges = Edges(block, *this, a, b, n_b);
+            const Placed on_a(work.begin, batch.a + first);
+            const Placed on_b(work.begin, batch.b + first);
+            edges = Edges(block.crossing + first, on_a, on_b, a, b, n_b);
         }
         Real worst = real(-infinity);
         for (int k = 0; k < batch.count; ++k) {
@@ -284,7 +310,7 @@ struct Rest : Window {
             if (points[k].edges != 0) {
                 const Mask at_edges = lanes_of(points[k].edges);
                 const Real3 between = d - load(points[k].gap) * edges.lean;
-                const Mask wanders = edges.wander(load(block.reach), between);
+                const Mask wanders = edges.wander(rules.wander_share, between);
                 n = select(wanders, f.n, edges.n);
                 across = select(at_edges, d - dot(n, d) * n, across);
                 gap = select(at_edges, dot(n, select(wanders, d, between)), gap);
@@ -386,22 +412,15 @@ struct Rest : Window {
             const Real touch_speed =
                 max(sqrt(max(approach * approach + 2.0 * fall * load(points[k].gap), zero)), memory.approach_speed);
             Real row[8] = {select(ahead, zero, p_n),
-                           select(ahead, zero, p_t.x),
+                           select(ahead, select(impact, taken, zero), p_t.x),
                            select(ahead, zero, p_t.y),
                            select(ahead, zero, p_t.z),
                            select(ahead, zero, select(sticks, -interval, interval)),
                            force_share,
                            select(loaded & ~ahead, real(h), zero),
                            select(impact, touch_speed, zero)};
-            const Real energy_taken = select(impact, taken, zero);
-            const unsigned there = points[k].there >> first;
             double* const* to = memory_of(k);
-            scatter(row, [&](int l, int place, const Real& numbers) {
-                if ((there >> l & 1u) != 0) {
-                    store_anywhere(to[l] + place, numbers);
-                    to[l][8] = energy_taken[l];
-                }
-            });
+            scatter(row, [&](int l, int place, const Real& numbers) { store_anywhere(to[l] + place, numbers); });
         }
     }
 };

@@ -9,16 +9,19 @@
 namespace sim {
 namespace {
 
-static_assert(offsetof(ContactMemory, p_n) == 0 && offsetof(ContactMemory, energy_taken) == 8 * sizeof(double) &&
-                  sizeof(ContactMemory) == 9 * sizeof(double),
+static_assert(offsetof(ContactMemory, p_n) == 0 && offsetof(ContactMemory, approach_speed) == 7 * sizeof(double) &&
+                  sizeof(ContactMemory) == 8 * sizeof(double),
               "rest_kernel.cpp reads and writes them by their places");
+static_assert(offsetof(ContactFeature, direction_b) == offsetof(ContactFeature, direction_a) + 3 * sizeof(double) &&
+                  offsetof(ContactFeature, direction_a) + 8 * sizeof(double) <= sizeof(ContactFeature),
+              "rest_kernel.cpp reads a row of 8 that begins with them");
 
-/// What stands for a contact in lanes that have none.
-ContactMemory no_memory;
+/// What stands for the features of crossing edges in lanes that have none.
+const ContactFeature no_edges;
 
 } // namespace
 
-void RestingContacts::begin(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> own,
+void RestingContacts::begin(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own,
                             const StepSettings& settings, const RestRules& rules, Prediction& to) {
     settings_ = settings;
     rules_ = rules;
@@ -31,7 +34,7 @@ void RestingContacts::begin(const Bodies& bodies, std::vector<PairContacts>& pai
     start(bodies, pairs, 0, to);
 }
 
-void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
+void RestingContacts::add(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> added,
                                  std::span<const Velocity> at_node, Prediction& to) {
     const std::size_t first_block = loop.blocks.size();
     std::vector<const Contact*> taken;
@@ -51,11 +54,13 @@ void RestingContacts::add(const Bodies& bodies, std::vector<PairContacts>& pairs
     }
 }
 
-void RestingContacts::drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to) {
+void RestingContacts::drop(const Bodies& bodies, int pair, Prediction& to) {
     const auto drop_if_its = [&](Block& block) {
         if (block.count > 0 && block.pair == pair) {
-            remember(block, pairs[static_cast<std::size_t>(pair)]);
+            remember(block);
             loop.drop(block, bodies, to.velocity);
+            RestBlock& rest = rest_blocks[static_cast<std::size_t>(block.lane) / lane_count];
+            rest.crossing[Blocks::lane_of(block)] = no_edges.direction_a.data(); // its manifold is to change
         }
     };
     const auto sorted_end = loop.blocks.begin() + static_cast<std::ptrdiff_t>(sorted_blocks_);
@@ -64,8 +69,8 @@ void RestingContacts::drop(const Bodies& bodies, std::vector<PairContacts>& pair
     std::for_each(sorted_end, loop.blocks.end(), drop_if_its);
 }
 
-/// The pair remembers the block's impulses as they are now, for contacts that are to take its place in this solve.
-void RestingContacts::remember(const Block& block, PairContacts& pair) const {
+/// Its contacts remember the block's impulses as they are now, for those that are to take their place in this solve.
+void RestingContacts::remember(const Block& block) const {
     const BlockBatch& batch = loop.batch_of(block);
     const std::size_t lane = Blocks::lane_of(block);
     const LaneFrame frame(batch, lane);
@@ -73,7 +78,7 @@ void RestingContacts::remember(const Block& block, PairContacts& pair) const {
     auto at = static_cast<std::size_t>(batch.first);
     for (const Contact* contact : loop.contacts_of(block)) {
         const LanePoint point(loop.points[at++], lane);
-        ContactMemory& memory = pair.memory_of(*contact);
+        ContactMemory& memory = contact->memory;
         const double interval = impulse_interval(batch.node_weight.x[lane], rules_.h);
         memory.p_n = point.p_n;
         memory.p_t = frame.frame.leftCols<2>() * point.p_t;
@@ -131,21 +136,17 @@ void RestingContacts::take_all(const Bodies& bodies, const std::vector<PairConta
 }
 
 /// Batches of the blocks from `first_block` on, and what their contacts start from.
-void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block,
-                            Prediction& to) {
+void RestingContacts::start(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to) {
     const std::size_t first_batch = loop.lay_out(bodies, first_block);
     grow(rest_points, loop.points.size());
     grow(rest_blocks, loop.batches.size());
-    const auto pair_of = [&](int block) -> PairContacts& {
-        return pairs[static_cast<std::size_t>(loop.blocks[static_cast<std::size_t>(block)].pair)];
-    };
     const auto start_some = [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            for (const int next : i + 1 < last ? loop.blocks_in(i + 1) : std::span<const int>()) {
-                prefetch(pair_of(next));
+            if (i + 1 < last) {
+                loop.prefetch(i + 1);
             }
             loop.fill_batch(i, bodies, bodies.velocity);
-            start_batch(bodies, pairs, i, to.velocity);
+            start_batch(pairs, i, to.velocity);
         }
     };
     loop.share_colours(start_some, first_batch);
@@ -155,37 +156,37 @@ void RestingContacts::start(const Bodies& bodies, std::vector<PairContacts>& pai
     }
 }
 
-void RestingContacts::start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i,
-                                  std::span<Velocity> velocity) {
+void RestingContacts::start_batch(const std::vector<PairContacts>& pairs, std::size_t i, std::span<Velocity> velocity) {
     const BlockBatch& batch = loop.batches[i];
     RestBlock& rest = rest_blocks[i];
     rest.plain = rest.edges = rest.hit = rest.fresh = 0;
+    std::fill_n(rest.crossing, lane_count, no_edges.direction_a.data());
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
         if (batch.block[lane] >= 0) {
             const Block& block = loop.blocks[static_cast<std::size_t>(batch.block[lane])];
             const PairContacts& pair = pairs[static_cast<std::size_t>(block.pair)];
             rest.least_gap.x[lane] = pair.least_gap;
             rest.fresh |= static_cast<unsigned>(pair.is_struck) << lane;
-            start_lane(bodies, pair.manifold, i, lane);
+            start_lane(pair.manifold, i, lane);
         }
     }
-    work_with_memory(work_of(RestPhase::start, i, i + 1, velocity), i, pairs);
+    work_with_memory(work_of(RestPhase::start, i, i + 1, velocity), i);
 }
 
 /// Work on batch i that reads or writes what its contacts remember.
-void RestingContacts::work_with_memory(RestWork work, std::size_t i, std::vector<PairContacts>& pairs) {
+void RestingContacts::work_with_memory(RestWork work, std::size_t i) {
+    ContactMemory none; // what stands for a contact in lanes that have none
     double* memory[block_size * lane_count];
     const BlockBatch& batch = loop.batches[i];
-    std::fill_n(memory, lane_count * batch.count, &no_memory.p_n);
+    std::fill_n(memory, lane_count * batch.count, &none.p_n);
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
         if (batch.block[lane] < 0) {
             continue;
         }
         const Block& block = loop.blocks[static_cast<std::size_t>(batch.block[lane])];
-        PairContacts& pair = pairs[static_cast<std::size_t>(block.pair)];
         std::size_t k = 0;
         for (const Contact* contact : loop.contacts_of(block)) {
-            memory[lane_count * k++ + lane] = &pair.memory_of(*contact).p_n;
+            memory[lane_count * k++ + lane] = &contact->memory.p_n;
         }
     }
     work.memory = memory;
@@ -193,7 +194,7 @@ void RestingContacts::work_with_memory(RestWork work, std::size_t i, std::vector
 }
 
 /// How the contacts of a lane are measured.
-void RestingContacts::start_lane(const Bodies& bodies, const Manifold& manifold, std::size_t i, std::size_t lane) {
+void RestingContacts::start_lane(const Manifold& manifold, std::size_t i, std::size_t lane) {
     const BlockBatch& batch = loop.batches[i];
     RestBlock& rest = rest_blocks[i];
     const unsigned bit = 1u << lane;
@@ -213,16 +214,7 @@ void RestingContacts::start_lane(const Bodies& bodies, const Manifold& manifold,
     }
     rest.edges |= bit;
     loop.points_of(batch)[own.size() - 1].edges |= bit;
-    const auto a = static_cast<std::size_t>(batch.a[lane]);
-    const auto b = static_cast<std::size_t>(batch.b[lane]);
-    rest.reach.x[lane] = wander_share * std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
-    const ContactFeature& edges = manifold.features[last.feature - 1u];
-    const Vec3 edge_a = bodies.pose[a].orientation * edges.direction_a;
-    const Vec3 edge_b = bodies.pose[b].orientation * edges.direction_b;
-    for (int axis = 0; axis < 3; ++axis) {
-        rest.edge_a[axis].x[lane] = edge_a[axis];
-        rest.edge_b[axis].x[lane] = edge_b[axis];
-    }
+    rest.crossing[lane] = manifold.features[last.feature - 1u].direction_a.data();
 }
 
 void RestingContacts::find_late_impacts(std::size_t first_block, std::span<const Velocity> at_node) {

@@ -24,18 +24,18 @@ public:
 
     /// Takes the contacts of the pairs `own`, ascending, at the poses of `bodies`; the bodies of `to` get the impulses that
     /// they start from. `pairs` and what they hold stay where they are until store(), but for pairs that are added, or dropped.
-    void begin(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> own, const StepSettings& settings,
+    void begin(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own, const StepSettings& settings,
                const RestRules& rules, Prediction& to);
 
     /// Adds the contacts of the pairs `added`. at_node [body_count]: velocities at t0, after its collisions; a contact that
     /// approaches faster than the resting threshold even so was not there to collide, and counts as placed before its
     /// impact; empty: all were there.
-    void add(const Bodies& bodies, std::vector<PairContacts>& pairs, std::span<const int> added,
+    void add(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> added,
              std::span<const Velocity> at_node, Prediction& to);
 
     /// Takes the contacts of a pair and their impulses out again: other features face each other, and are to be added. They
     /// start from the impulses that these had, or loads a thousand times the weight would throw the bodies between them.
-    void drop(const Bodies& bodies, std::vector<PairContacts>& pairs, int pair, Prediction& to);
+    void drop(const Bodies& bodies, int pair, Prediction& to);
 
     /// Gives the bodies in `change` the uncertain share of the impulses.
     void apply_uncertain(std::span<Velocity> change);
@@ -52,7 +52,7 @@ public:
 
     /// Stores impulses and marks in the memory of pairs, those in `own`, and gives the bodies at t0 what acts before it of the
     /// impulses.
-    void store(std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to, std::span<Velocity> at_node);
+    void store(const std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to, std::span<Velocity> at_node);
 
     /// Once they are stored: what kinematic bodies do by the impulses. velocity: kinematic_velocity().
     DriveWork work_by(std::span<const Velocity> velocity) const;
@@ -61,20 +61,20 @@ public:
     double work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
 
 private:
-    void remember(const Block& block, PairContacts& pair) const;
+    void remember(const Block& block) const;
     std::size_t take(const Bodies& bodies, const PairContacts& pair, const Contact** to) const;
     void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own);
-    void start(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to);
-    void start_batch(const Bodies& bodies, std::vector<PairContacts>& pairs, std::size_t i, std::span<Velocity> velocity);
-    void start_lane(const Bodies& bodies, const Manifold& manifold, std::size_t i, std::size_t lane);
-    void work_with_memory(RestWork work, std::size_t i, std::vector<PairContacts>& pairs);
+    void start(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to);
+    void start_batch(const std::vector<PairContacts>& pairs, std::size_t i, std::span<Velocity> velocity);
+    void start_lane(const Manifold& manifold, std::size_t i, std::size_t lane);
+    void work_with_memory(RestWork work, std::size_t i);
     RestWork work_of(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
     void find_late_impacts(std::size_t first_block, std::span<const Velocity> at_node);
     void set_mark(Block& block, bool sticks);
     bool update_mark(const Bodies& bodies, const PairContacts& pair, Block& block, std::span<const Velocity> velocity);
     double force_share(const Block& block) const;
     void find_hit_bodies(std::span<char> is_reached);
-    void forget_left_out(std::vector<PairContacts>& pairs, std::span<const int> own) const;
+    void forget_left_out(const std::vector<PairContacts>& pairs, std::span<const int> own) const;
 
     StepSettings settings_;
     RestRules rules_;
