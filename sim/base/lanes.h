@@ -193,6 +193,7 @@ struct Window {
         store(to[2], v.z);
     }
     LANES_INLINE Mask lanes_of(unsigned bits) const { return sim::lanes_of(bits >> first); }
+    LANES_INLINE bool has_any(unsigned bits) const { return (bits >> first & ((1u << width) - 1u)) != 0; }
     /// Sets the bits of these lanes.
     LANES_INLINE void set(unsigned& bits, const Mask& m) const {
         bits = (bits & ~(((1u << width) - 1u) << first)) | bits_of(m) << first;

@@ -80,13 +80,15 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     groups_.form(bodies, pairs, joints, to_.solved, workers_);
 }
 
-/// Takes what is uncertain out of the guess: g, the impulses that answered an impact; all of them, from a shorter interval or an
-/// unconverged solve. The gaps are measured without it: those of bodies that all of g may turn by a radian tell nothing.
-void ContactSolver::take_uncertain(ContactGroup& group) {
+/// Begins with a guess, without what is uncertain of it: g, the impulses that answered an impact; all of them, from a shorter
+/// interval or an unconverged solve. The gaps are measured without it: those of bodies that all of g may turn by a radian tell
+/// nothing.
+void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, ContactGroup& group) {
     for (const std::size_t i : group.bodies) {
         change_[i] = {};
     }
-    group.contacts.apply_uncertain(change_);
+    group.enough = 0.0;
+    group.contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_, change_);
     group.changed.clear();
     for (const std::size_t i : group.bodies) {
         if (change_[i].v.isZero(0.0) && change_[i].w.isZero(0.0)) {
@@ -109,7 +111,7 @@ void ContactSolver::give_uncertain(const Bodies& bodies, ContactGroup& group) {
     if (energy == 0.0) {
         return;
     }
-    const double best = std::clamp(-group.contacts.uncertain_work(to_.velocity) / energy, 0.0, 1.0);
+    const double best = std::clamp(-group.contacts.uncertain_work() / energy, 0.0, 1.0);
     const double share = best > 0.5 ? 1.0 : best;
     for (const std::size_t i : group.changed) {
         to_.velocity[i].v += share * change_[i].v;
@@ -175,9 +177,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     const bool with_joints = group.has_joints;
     const bool is_guess = !std::exchange(group.is_begun, true);
     if (is_guess) {
-        contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_);
-        group.enough = 0.0;
-        take_uncertain(group);
+        begin_group(bodies, pairs, group);
     }
     ContactSolveReport& report = group.report;
     report = {};
@@ -188,7 +188,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     double part = 1.0; // see iterate()
     for (int outer = 0; outer < most_rounds && !(contacts.loop.empty() && !with_joints); ++outer) {
         const double residual_before = report.residual;
-        report.residual = gaps.measure();
+        report.residual = gaps.measure(outer == 0 && is_guess);
         report.joint_residual =
             with_joints ? joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share) : 0.0;
         if (outer == 0 && is_guess) {

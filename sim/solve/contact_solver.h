@@ -71,7 +71,7 @@ private:
 
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
-    void take_uncertain(ContactGroup& group);
+    void begin_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, ContactGroup& group);
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
     int iterate(ContactGroup& group, int budget, double part, bool& converged);
     void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
@@ -86,7 +86,7 @@ private:
     Prediction to_;
     std::vector<Velocity> at_node_;    ///< see velocity_at_node()
     bool converged_ = true;            ///< the last solve
-    std::vector<Velocity> change_;     ///< [body_count] memory of take_uncertain()
+    std::vector<Velocity> change_;     ///< [body_count] by what is uncertain of the guess
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };
 

@@ -148,7 +148,7 @@ struct Rest : Window {
         return sum;
     }
 
-    /// Of the impulses that a solve starts from, the share [-] that is uncertain: see ContactSolver::take_uncertain().
+    /// Of the impulses that a solve starts from, the share [-] that is uncertain: see ContactSolver::begin_group().
     LANES_INLINE Real uncertain_share() const {
         return share_beyond(rules.is_stretched ? real(0.0) : load(block.load), load_on_block());
     }
@@ -291,7 +291,7 @@ struct Rest : Window {
         const Real nearest_gap = load(batch.nearest_gap);
         const Real3 n_face = select(lanes_of(batch.face_of_a), n_a, n_b);
         Edges edges;
-        if (block.edges != 0) {
+        if (has_any(block.edges)) {
             const Placed on_a(work.begin, batch.a + first);
             const Placed on_b(work.begin, batch.b + first);
             edges = Edges(block.crossing + first, on_a, on_b, a, b, n_b);
@@ -307,7 +307,7 @@ struct Rest : Window {
             Real3 n = n_face;
             Real gap = dot(n, d);
             Real3 across = d - gap * n;
-            if (points[k].edges != 0) {
+            if (has_any(points[k].edges)) {
                 const Mask at_edges = lanes_of(points[k].edges);
                 const Real3 between = d - load(points[k].gap) * edges.lean;
                 const Mask wanders = edges.wander(rules.wander_share, between);

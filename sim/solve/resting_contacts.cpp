@@ -22,7 +22,8 @@ const ContactFeature no_edges;
 } // namespace
 
 void RestingContacts::begin(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own,
-                            const StepSettings& settings, const RestRules& rules, Prediction& to) {
+                            const StepSettings& settings, const RestRules& rules, Prediction& to,
+                            std::span<Velocity> uncertain) {
     settings_ = settings;
     rules_ = rules;
     before_ = bodies.velocity.front().v.data();
@@ -31,7 +32,8 @@ void RestingContacts::begin(const Bodies& bodies, const std::vector<PairContacts
     has_all_ = true;
     take_all(bodies, pairs, own);
     sorted_blocks_ = loop.blocks.size();
-    start(bodies, pairs, 0, to);
+    start(bodies, pairs, 0, to, uncertain);
+    parts_.resize(loop.batches.size());
 }
 
 void RestingContacts::add(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> added,
@@ -48,7 +50,7 @@ void RestingContacts::add(const Bodies& bodies, const std::vector<PairContacts>&
         loop.contacts.insert(loop.contacts.end(), taken.begin(), taken.end());
         loop.add(first, block_like(pair, index));
     }
-    start(bodies, pairs, first_block, to);
+    start(bodies, pairs, first_block, to, {});
     if (!at_node.empty()) {
         find_late_impacts(first_block, at_node);
     }
@@ -136,7 +138,8 @@ void RestingContacts::take_all(const Bodies& bodies, const std::vector<PairConta
 }
 
 /// Batches of the blocks from `first_block` on, and what their contacts start from.
-void RestingContacts::start(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to) {
+void RestingContacts::start(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to,
+                            std::span<Velocity> uncertain) {
     const std::size_t first_batch = loop.lay_out(bodies, first_block);
     grow(rest_points, loop.points.size());
     grow(rest_blocks, loop.batches.size());
@@ -147,6 +150,9 @@ void RestingContacts::start(const Bodies& bodies, const std::vector<PairContacts
             }
             loop.fill_batch(i, bodies, bodies.velocity);
             start_batch(pairs, i, to.velocity);
+            if (!uncertain.empty()) {
+                work(RestPhase::uncertain, i, i + 1, uncertain);
+            }
         }
     };
     loop.share_colours(start_some, first_batch);
@@ -254,18 +260,14 @@ RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_
             .rules = &rules_};
 }
 
-void RestingContacts::apply_uncertain(std::span<Velocity> change) {
-    loop.share_colours([&](std::size_t first, std::size_t last) { work(RestPhase::uncertain, first, last, change); });
+void RestingContacts::find_uncertain_work(std::size_t first, std::size_t last, std::span<const Velocity> velocity) {
+    RestWork work = work_of(RestPhase::uncertain_work, first, last, {});
+    work.before = velocity.front().v.data();
+    work.parts = parts_.data() + first;
+    work_on_rest(work);
 }
 
-double RestingContacts::uncertain_work(std::span<const Velocity> velocity) {
-    parts_.resize(loop.batches.size());
-    loop.share_batches([&](std::size_t first, std::size_t last) {
-        RestWork work = work_of(RestPhase::uncertain_work, first, last, {});
-        work.before = velocity.front().v.data();
-        work.parts = parts_.data() + first;
-        work_on_rest(work);
-    });
+double RestingContacts::uncertain_work() const {
     return std::accumulate(parts_.begin(), parts_.end(), 0.0);
 }
 

@@ -23,9 +23,10 @@ public:
     std::vector<RestBlock> rest_blocks; ///< [loop.batches]
 
     /// Takes the contacts of the pairs `own`, ascending, at the poses of `bodies`; the bodies of `to` get the impulses that
-    /// they start from. `pairs` and what they hold stay where they are until store(), but for pairs that are added, or dropped.
+    /// they start from, those in `uncertain` [body_count] the share of them that is. `pairs` and what they hold stay where they are
+    /// until store(), but for pairs that are added, or dropped.
     void begin(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own, const StepSettings& settings,
-               const RestRules& rules, Prediction& to);
+               const RestRules& rules, Prediction& to, std::span<Velocity> uncertain);
 
     /// Adds the contacts of the pairs `added`. at_node [body_count]: velocities at t0, after its collisions; a contact that
     /// approaches faster than the resting threshold even so was not there to collide, and counts as placed before its
@@ -37,11 +38,12 @@ public:
     /// start from the impulses that these had, or loads a thousand times the weight would throw the bodies between them.
     void drop(const Bodies& bodies, int pair, Prediction& to);
 
-    /// Gives the bodies in `change` the uncertain share of the impulses.
-    void apply_uncertain(std::span<Velocity> change);
-    /// Its work against how much faster than their targets the contacts part with `velocity` [J].
-    double uncertain_work(std::span<const Velocity> velocity);
-    /// Keeps so much [-] of it.
+    /// Finds, for batches first..last, the work of the uncertain share against how much faster than their targets the contacts part
+    /// with `velocity`.
+    void find_uncertain_work(std::size_t first, std::size_t last, std::span<const Velocity> velocity);
+    /// Of all batches, once found [J].
+    double uncertain_work() const;
+    /// Keeps so much [-] of that share.
     void scale_uncertain(double kept);
 
     /// What overlaps is asked to part to the tolerance only.
@@ -64,7 +66,8 @@ private:
     void remember(const Block& block) const;
     std::size_t take(const Bodies& bodies, const PairContacts& pair, const Contact** to) const;
     void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own);
-    void start(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to);
+    void start(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t first_block, Prediction& to,
+               std::span<Velocity> uncertain);
     void start_batch(const std::vector<PairContacts>& pairs, std::size_t i, std::span<Velocity> velocity);
     void start_lane(const Manifold& manifold, std::size_t i, std::size_t lane);
     void work_with_memory(RestWork work, std::size_t i);
@@ -83,7 +86,7 @@ private:
     bool has_two_coefficients_ = false; ///< mu_s and mu_d differ somewhere
     std::size_t sorted_blocks_ = 0;     ///< so many are in the order of their pairs; then those added
     bool has_all_ = true;               ///< no contact was left out
-    std::vector<double> parts_;         ///< [loop.batches] memory of apply_uncertain()
+    std::vector<double> parts_;         ///< [loop.batches] of uncertain_work()
 };
 
 } // namespace sim
