@@ -112,6 +112,8 @@ double sweep_batches(const BatchSweep& sweep);
 
 /// Impulses p_t, p_n [N s] of a BatchPoint: as the last sweep began, and as the one before it ended.
 struct ExtrapolatedPoint {
+    ExtrapolatedPoint() {} // as with BatchPoint
+
     Lanes begun[3];
     Lanes swept[3];
 };

@@ -367,11 +367,14 @@ void Blocks::wake() {
 /// Repeats a share of what the last sweep did, or begins to watch what sweeps do.
 void Blocks::extrapolate(std::span<Velocity> velocity) {
     if (extrapolated_.empty()) {
-        make_room(extrapolated_, points.size());
-        for (const BatchPoint& point : points) {
-            ExtrapolatedPoint& before = extrapolated_.emplace_back();
-            before = {{point.p_t[0], point.p_t[1], point.p_n}, {point.p_t[0], point.p_t[1], point.p_n}};
-        }
+        grow(extrapolated_, points.size());
+        share(points.size(), [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) {
+                const Lanes now[] = {points[i].p_t[0], points[i].p_t[1], points[i].p_n};
+                std::ranges::copy(now, extrapolated_[i].begun);
+                std::ranges::copy(now, extrapolated_[i].swept);
+            }
+        });
         extrapolation_.start();
         return;
     }

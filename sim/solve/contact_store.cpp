@@ -108,16 +108,17 @@ void RestingContacts::find_hit_bodies(std::span<char> is_reached) {
             });
         }
     }
-    for (std::size_t i = 0; i < loop.batches.size(); ++i) {
-        const BlockBatch& batch = loop.batches[i];
-        unsigned hit = 0;
-        for (unsigned lane = 0; lane < lane_count; ++lane) {
-            const unsigned of_a = is_reached[static_cast<std::size_t>(batch.a[lane])] != 0 ? batch.moves_a : 0u;
-            const unsigned of_b = is_reached[static_cast<std::size_t>(batch.b[lane])] != 0 ? batch.moves_b : 0u;
-            hit |= (of_a | of_b) & (1u << lane);
-        }
-        rest_blocks[i].hit = hit;
+}
+
+/// Blocks of which an impact reaches a body, bit by lane.
+unsigned RestingContacts::reached_lanes(const BlockBatch& batch, std::span<const char> is_reached) {
+    unsigned of_a = 0;
+    unsigned of_b = 0;
+    for (unsigned lane = 0; lane < lane_count; ++lane) {
+        of_a |= static_cast<unsigned>(is_reached[static_cast<std::size_t>(batch.a[lane])]) << lane;
+        of_b |= static_cast<unsigned>(is_reached[static_cast<std::size_t>(batch.b[lane])]) << lane;
     }
+    return (of_a & batch.moves_a) | (of_b & batch.moves_b);
 }
 
 void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to,
@@ -127,6 +128,7 @@ void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<co
         for (std::size_t i = first; i < last; ++i) {
             RestWork work = work_of(RestPhase::store, i, i + 1, to.velocity);
             work.at_node = at_node.front().v.data();
+            rest_blocks[i].hit = reached_lanes(loop.batches[i], to.is_reached);
             if (i + 1 < last) {
                 loop.prefetch(i + 1);
             }

@@ -1,5 +1,6 @@
 #include "sim/world/pair_distances.h"
 
+#include "sim/base/grow.h"
 #include "sim/collide/box_box.h"
 #include "sim/collide/narrow_phase.h"
 
@@ -140,12 +141,13 @@ std::span<const std::uint32_t> PairDistances::find_near(Candidates& candidates) 
         }
     };
     workers_.run(all.size(), find, least_shared);
-    near_.clear();
+    grow(near_, all.size());
+    std::size_t count = 0;
     for (std::size_t k = 0; k < all.size(); ++k) {
-        if (all[k].is_near) {
-            near_.push_back(static_cast<std::uint32_t>(k));
-        }
+        near_[count] = static_cast<std::uint32_t>(k);
+        count += all[k].is_near ? 1 : 0;
     }
+    near_.resize(count);
     return near_;
 }
 

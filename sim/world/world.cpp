@@ -286,6 +286,10 @@ void WorldState::restart(std::span<const char> touched) {
 /// move in the body as it turns, or whose w turns, that is all but balls of equal moments. Throws Error(stopped) beyond
 /// `largest_turn_in_step`.
 double WorldState::intervals_for_spin() const {
+    const auto is_slow = [&](const Velocity& velocity) { return velocity.w.norm() * h <= largest_turn; };
+    if (std::ranges::all_of(bodies.velocity, is_slow)) {
+        return 0.0; // one does, whatever is in contact
+    }
     double most = 0.0;
     for (const PairContacts& pair : search.pairs) {
         for (const int body : {pair.manifold.body_a, pair.manifold.body_b}) {
