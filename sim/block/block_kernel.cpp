@@ -4,7 +4,7 @@
 namespace sim {
 namespace {
 
-/// Solves the blocks of these lanes with all others held. Returns the largest change of each lane.
+/// Solves the blocks of the lanes that are due with all others held. Returns the largest change of each lane.
 template <int N>
 LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<N>& v) {
     const Real zero = real(0.0);
@@ -20,44 +20,48 @@ LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<
     if (batch.has_friction) {
         v.solve_friction();
     }
+    const auto put = [&](Lanes& to, const Real& x) { v.store(to, select(v.due, x, v.load(to))); };
+    const auto put3 = [&](Lanes* to, const Real3& x) { v.store3(to, select(v.due, x, v.load3(to))); };
     for (int k = 0; k < N; ++k) {
         BatchPoint& point = v.points[k];
-        v.store(point.p_n, v.p_n[k]);
-        v.store(point.p_t[0], v.p_1[k]);
-        v.store(point.p_t[1], v.p_2[k]);
+        put(point.p_n, v.p_n[k]);
+        put(point.p_t[0], v.p_1[k]);
+        put(point.p_t[1], v.p_2[k]);
     }
     const Frame f = frame_of(batch, v);
-    push_bodies(sweep.rows, sweep.velocity, batch, v, f.world(v.force), f.world(v.moment));
-    const Real change = select(v.lanes_of(v.points[0].there), v.change, zero);
-    v.store3(batch.seen, {v.twist.u.x, v.twist.u.y, select(v.left > sweep.skip, real(no_point), v.twist.u.z)});
-    v.store3(batch.seen + 3, v.twist.w);
-    v.store(batch.change, change);
-    return change;
+    const Real3 none{zero, zero, zero};
+    push_bodies(sweep.rows, sweep.velocity, batch, v, f.world(select(v.due, v.force, none)), f.world(select(v.due, v.moment, none)));
+    put3(batch.seen, {v.twist.u.x, v.twist.u.y, select(v.left > sweep.skip, real(no_point), v.twist.u.z)});
+    put3(batch.seen + 3, v.twist.w);
+    return select(v.due, v.change, zero);
 }
 
-/// The same for all lanes, where velocities at the points of one of them changed by more than `skip` since the last time.
+/// The same for the lanes at whose points velocities changed by more than `skip` since they were visited last, or for all lanes
+/// of a batch that has some.
 template <int N>
 Real visit_batch(const BatchSweep& sweep, BlockBatch& batch) {
     BatchPoint* points = sweep.points + batch.first;
     Twist twist[lane_count / width];
-    bool is_due = false;
+    unsigned due = 0;
     for (int first = 0; first < lane_count; first += width) {
         const Visit<N> v(batch, points, first);
         const Twist now = twist[first / width] = twist_of(sweep.velocity, batch, frame_of(batch, v), v);
         const Twist since{now.u - v.load3(batch.seen), now.w - v.load3(batch.seen + 3)};
-        is_due = is_due || any(v.lanes_of(points[0].there) & (v.largest_square(since) > sweep.skip * sweep.skip));
+        v.set(due, v.lanes_of(points[0].there) & (v.largest_square(since) > sweep.skip * sweep.skip));
     }
-    Real change = real(0.0);
-    if (!is_due) {
-        batch.change = {};
-        return change;
+    if (due != 0 && !sweep.one_by_one) {
+        due = points[0].there;
     }
+    Real largest = real(0.0);
     for (int first = 0; first < lane_count; first += width) {
         Visit<N> v(batch, points, first);
         v.twist = twist[first / width];
-        change = max(change, visit_lanes(sweep, batch, v));
+        v.due = v.lanes_of(due);
+        const Real change = v.has_any(due) ? visit_lanes(sweep, batch, v) : real(0.0);
+        v.store(batch.change, change);
+        largest = max(largest, change);
     }
-    return change;
+    return largest;
 }
 
 Real visit_batch(const BatchSweep& sweep, BlockBatch& batch) {

@@ -27,6 +27,7 @@ struct Visit : Window {
     }
     Real p_n[N], p_1[N], p_2[N];
     Twist twist;
+    Mask due;            ///< lanes that are to be solved
     Real3 force, moment; ///< wrench added so far, in the block's frame
     Real change;         ///< largest velocity change at a point [m/s]
     Real left;           ///< what the visit may leave of it: friction moves what normal impulses have solved, and is projected once [m/s]
@@ -300,7 +301,7 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     for (int k = 0; k < N; ++k) {
         impulse[k] = zero;
     }
-    Mask open = work;
+    Mask open = work & due;
     Mask circling = ~work & work;
     Real set_before = real(-1.0); // the points as bits
     Real set = real(-1.0);
@@ -502,7 +503,7 @@ LANES_INLINE void Visit<N>::solve_friction() {
         new_1[k] = select(loaded, new_1[k], zero);
         new_2[k] = select(loaded, new_2[k], zero);
     }
-    const Mask slides = loaded & ~sticks;
+    const Mask slides = due & loaded & ~sticks;
     if (any(slides)) {
         slide(slides, per_load, new_1, new_2);
     }

@@ -31,10 +31,8 @@ double node_weight(double last_interval, double h) {
 constexpr double largest_growth = 2.0;
 
 /// Sweeps end within the tolerance, and where they change at most this share [-] of what the interval's first one did: what each
-/// step leaves adds up, and towers bounce. Changes of settled_change [m/s] are left to the next steps. Both by trial with towers of
-/// 20 to 60 cubes and the funnel.
+/// step leaves adds up, and towers bounce. By trial with towers of 20 to 60 cubes and the funnel, as settled_change.
 constexpr double solved_share = 0.25;
-constexpr double settled_change = 1e-5;
 
 } // namespace
 
