@@ -261,9 +261,7 @@ std::span<const int> Blocks::blocks_in(std::size_t i) const {
 void Blocks::prefetch(std::size_t i) const {
     for (const int block : blocks_in(i)) {
         for (const Contact* contact : contacts_of(blocks[static_cast<std::size_t>(block)])) {
-            for (std::size_t at = 0; at < sizeof(Contact); at += 64) {
-                __builtin_prefetch(reinterpret_cast<const char*>(contact) + at);
-            }
+            sim::prefetch(*contact);
         }
     }
 }

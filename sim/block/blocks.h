@@ -190,7 +190,7 @@ public:
     std::size_t lay_out(const Bodies& bodies, std::size_t first_block);
     /// Indices of the blocks of batch i.
     std::span<const int> blocks_in(std::size_t i) const;
-    /// Asks for their contacts, which lie anywhere in memory, before their turn comes.
+    /// Asks for their contacts before their turn comes.
     void prefetch(std::size_t i) const;
     /// Puts into batch i its blocks, and what does not change while it is iterated; impulses are zero, targets unset. velocity:
     /// before any impulse of this solve.

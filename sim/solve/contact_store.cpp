@@ -6,6 +6,20 @@
 #include <utility>
 
 namespace sim {
+namespace {
+
+/// Blocks of which an impact reaches a body, bit by lane.
+unsigned reached_lanes(const BlockBatch& batch, std::span<const char> is_reached) {
+    unsigned of_a = 0;
+    unsigned of_b = 0;
+    for (unsigned lane = 0; lane < lane_count; ++lane) {
+        of_a |= static_cast<unsigned>(is_reached[static_cast<std::size_t>(batch.a[lane])]) << lane;
+        of_b |= static_cast<unsigned>(is_reached[static_cast<std::size_t>(batch.b[lane])]) << lane;
+    }
+    return (of_a & batch.moves_a) | (of_b & batch.moves_b);
+}
+
+} // namespace
 
 /// The mark of eq. 6, and the coefficient that goes with it.
 void RestingContacts::set_mark(Block& block, bool sticks) {
@@ -108,17 +122,6 @@ void RestingContacts::find_hit_bodies(std::span<char> is_reached) {
             });
         }
     }
-}
-
-/// Blocks of which an impact reaches a body, bit by lane.
-unsigned RestingContacts::reached_lanes(const BlockBatch& batch, std::span<const char> is_reached) {
-    unsigned of_a = 0;
-    unsigned of_b = 0;
-    for (unsigned lane = 0; lane < lane_count; ++lane) {
-        of_a |= static_cast<unsigned>(is_reached[static_cast<std::size_t>(batch.a[lane])]) << lane;
-        of_b |= static_cast<unsigned>(is_reached[static_cast<std::size_t>(batch.b[lane])]) << lane;
-    }
-    return (of_a & batch.moves_a) | (of_b & batch.moves_b);
 }
 
 void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to,

@@ -77,7 +77,6 @@ private:
     bool update_mark(const Bodies& bodies, const PairContacts& pair, Block& block, std::span<const Velocity> velocity);
     double force_share(const Block& block) const;
     void find_hit_bodies(std::span<char> is_reached);
-    static unsigned reached_lanes(const BlockBatch& batch, std::span<const char> is_reached);
     void forget_left_out(const std::vector<PairContacts>& pairs, std::span<const int> own) const;
 
     StepSettings settings_;
