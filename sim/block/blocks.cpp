@@ -258,14 +258,6 @@ std::span<const int> Blocks::blocks_in(std::size_t i) const {
     return std::span(order_).subspan(planned_[i].first, planned_[i].lanes);
 }
 
-void Blocks::prefetch(std::size_t i) const {
-    for (const int block : blocks_in(i)) {
-        for (const Contact* contact : contacts_of(blocks[static_cast<std::size_t>(block)])) {
-            sim::prefetch(*contact);
-        }
-    }
-}
-
 void Blocks::arrange(const Bodies& bodies, std::size_t first_block, std::span<const Velocity> velocity) {
     bodies_->place.resize(bodies.props.size(), -1);
     find_members(first_block, [](std::size_t) { return true; });

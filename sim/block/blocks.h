@@ -116,8 +116,8 @@ inline constexpr std::size_t least_shared = 32;
 inline constexpr double settled_change = 1e-5;
 
 /// Blocks are passed over while velocities at their points changed by no more than this share [-] of the iteration's tolerance,
-/// or of the change of the sweep before if that is smaller; where it is no more than settled_change, with all others of their batch
-/// only: what they are left with adds up, and towers shake.
+/// or of the change of the sweep before if that is smaller. Where this is no more than settled_change, a block is passed over with
+/// all others of its batch only: what it is left with adds up, and law_stack's wooden blocks shake.
 inline constexpr double skip_share = 0.3;
 
 /// So many sweeps [-] settle what is easy. After them Newton's method and extrapolation begin; where as many more do not halve the
@@ -190,8 +190,6 @@ public:
     std::size_t lay_out(const Bodies& bodies, std::size_t first_block);
     /// Indices of the blocks of batch i.
     std::span<const int> blocks_in(std::size_t i) const;
-    /// Asks for their contacts before their turn comes.
-    void prefetch(std::size_t i) const;
     /// Puts into batch i its blocks, and what does not change while it is iterated; impulses are zero, targets unset. velocity:
     /// before any impulse of this solve.
     void fill_batch(std::size_t i, const Bodies& bodies, std::span<const Velocity> velocity);

@@ -120,13 +120,6 @@ struct Contact {
 };
 static_assert(sizeof(Contact) == sizeof(ContactGeometry) + sizeof(ContactMemory) + 24);
 
-/// Asks for a contact, which lies anywhere in memory, before its turn comes.
-inline void prefetch(const Contact& contact) {
-    for (std::size_t at = 0; at < sizeof(Contact); at += 64) {
-        __builtin_prefetch(reinterpret_cast<const char*>(&contact) + at);
-    }
-}
-
 /// All contacts of one pair of bodies, a < b.
 struct Manifold {
     int body_a = -1;

@@ -19,10 +19,11 @@ struct PairContacts {
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
 };
 
-/// Asks for its contacts before their turn comes.
+/// Asks for what lies anywhere in memory, before its turn comes.
 inline void prefetch(const PairContacts& pair) {
-    for (const Contact& contact : pair.manifold.contacts) {
-        prefetch(contact);
+    const std::vector<Contact>& contacts = pair.manifold.contacts;
+    for (std::size_t at = 0; at < contacts.size() * sizeof(Contact); at += 64) {
+        __builtin_prefetch(reinterpret_cast<const char*>(contacts.data()) + at);
     }
 }
 

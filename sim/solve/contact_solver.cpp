@@ -51,7 +51,6 @@ void ContactSolver::set_rules(const StepSettings& settings, double h) {
               .slip_tolerance = left_share * settings.tolerance,
               .gravity = {gravity.x(), gravity.y(), gravity.z()},
               .weight = gravity.norm(),
-              .wander_share = wander_share,
               .warm_start = settings.warm_start,
               .is_stretched = h > memory_interval_};
 }

@@ -132,9 +132,6 @@ void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<co
             RestWork work = work_of(RestPhase::store, i, i + 1, to.velocity);
             work.at_node = at_node.front().v.data();
             rest_blocks[i].hit = reached_lanes(loop.batches[i], to.is_reached);
-            if (i + 1 < last) {
-                loop.prefetch(i + 1);
-            }
             work_with_memory(work, i);
         }
     });

@@ -6,6 +6,11 @@
 
 namespace sim {
 
+/// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
+/// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
+/// then; the check of the planned poses sees what that leaves.
+inline constexpr double wander_share = 0.02;
+
 /// Point k of each block of a batch, beside its BatchPoint.
 struct RestPoint {
     Lanes gap_target; ///< [m] at t0 + h
@@ -41,7 +46,6 @@ struct RestRules {
     double slip_tolerance = 0.0;     ///< [m]
     double gravity[3] = {0.0, 0.0, 0.0};
     double weight = 0.0; ///< [m/s^2] its size
-    double wander_share = 0.0;
     bool warm_start = true;
     bool is_stretched = false; ///< the last solve did not converge, or its interval was shorter
 };

@@ -97,12 +97,12 @@ struct Edges {
         n = edge_normal(a, b);
         lean = n_b - move_b.turn(edge_normal(a_before, b_before));
     }
-    /// Has the touch wandered along them by more than this share [-] of the body? d: of points on them that touched as the
-    /// interval began. The lines of edges that are parallel are nowhere near.
-    LANES_INLINE Mask wander(double share, const Real3& d) const {
+    /// Has the touch wandered too far along them? d: of points on them that touched as the interval began. The lines of edges
+    /// that are parallel are nowhere near.
+    LANES_INLINE Mask wander(const Real3& d) const {
         const Real cosine = dot(a, b);
         const Real sine_square = 1.0 - cosine * cosine;
-        return abs(cosine * dot(d, b) - dot(d, a)) > share * size * abs(sine_square);
+        return abs(cosine * dot(d, b) - dot(d, a)) > wander_share * size * abs(sine_square);
     }
 };
 
@@ -310,7 +310,7 @@ struct Rest : Window {
             if (has_any(points[k].edges)) {
                 const Mask at_edges = lanes_of(points[k].edges);
                 const Real3 between = d - load(points[k].gap) * edges.lean;
-                const Mask wanders = edges.wander(rules.wander_share, between);
+                const Mask wanders = edges.wander(between);
                 n = select(wanders, f.n, edges.n);
                 across = select(at_edges, d - dot(n, d) * n, across);
                 gap = select(at_edges, dot(n, select(wanders, d, between)), gap);

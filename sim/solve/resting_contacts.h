@@ -8,11 +8,6 @@
 
 namespace sim {
 
-/// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
-/// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
-/// then; the check of the planned poses sees what that leaves.
-inline constexpr double wander_share = 0.02;
-
 /// Keeps its arrays between steps.
 class RestingContacts {
 public:
