@@ -34,6 +34,11 @@ constexpr double largest_growth = 2.0;
 /// step leaves adds up, and towers bounce. By trial with towers of 20 to 60 cubes and the funnel, as settled_change.
 constexpr double solved_share = 0.25;
 
+/// Where a step ended only after more sweeps, the next one's sweeps end at this share [-] of what else is enough at rest. What
+/// took velocities away is in the guess, but no force: left there it would give back as much, and a tower would be swept in every
+/// second step, for ever. Any from 0.01 to 0.03 does.
+constexpr double resettled_share = 0.03;
+
 } // namespace
 
 void ContactSolver::set_rules(const StepSettings& settings, double h) {
@@ -74,6 +79,7 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     }
     to_.move_others(bodies, workers_);
     change_.resize(bodies.props.size());
+    was_swept_.resize(bodies.props.size());
     groups_.form(bodies, pairs, joints, to_.solved, workers_);
 }
 
@@ -85,6 +91,8 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
         change_[i] = {};
     }
     group.enough = 0.0;
+    group.is_swept = false;
+    group.was_swept = std::ranges::any_of(group.bodies, [&](std::size_t i) { return was_swept_[i] != 0; });
     group.contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_, change_);
     group.changed.clear();
     for (const std::size_t i : group.bodies) {
@@ -138,7 +146,9 @@ int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& c
         const double skip = skip_share * std::min(tolerance, last);
         last = loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h);
         if (group.enough == 0.0) {
-            group.enough = std::min(tolerance, std::max(solved_share * last, settled_change));
+            const double at_rest = (group.was_swept ? resettled_share : 1.0) * std::min(tolerance, settled_change);
+            group.enough = std::min(tolerance, std::max(solved_share * last, at_rest));
+            group.is_swept = last > group.enough;
         }
         converged = last <= part * group.enough || (loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
         // A row that is wedged between two walls cannot leave both: asked to, it would push harder in every sweep.
@@ -217,6 +227,12 @@ void ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairC
                                    std::span<Joint> joints) {
     memory_interval_ = converged_ ? rules_.h : 0.0;
     at_node_ = bodies.velocity;
+    was_swept_.assign(bodies.props.size(), 0);
+    for (const ContactGroup& group : groups_) {
+        for (const std::size_t i : group.bodies) {
+            was_swept_[i] = static_cast<char>(group.is_swept);
+        }
+    }
     const auto has_any = [](const ContactGroup& group) { return !group.contacts.loop.empty(); };
     groups_.for_each(workers_, has_any, [&](ContactGroup& group) { group.contacts.store(pairs, group.pairs, to_, at_node_); });
     joints_.store(joints, joint_weight_);

@@ -67,6 +67,7 @@ private:
         archive(solver.to_.pose);
         archive(solver.joints_.mode());
         archive(solver.memory_interval_);
+        archive(solver.was_swept_);
     }
 
     void set_rules(const StepSettings& settings, double h);
@@ -87,6 +88,7 @@ private:
     std::vector<Velocity> at_node_;    ///< see velocity_at_node()
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] by what is uncertain of the guess
+    std::vector<char> was_swept_;      ///< [body_count] its group's first sweep was not enough in the last step
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };
 
