@@ -102,7 +102,6 @@ struct BatchSweep {
     const BodyRows* rows = nullptr; ///< [body_count] as the interval begins
     double* velocity = nullptr;     ///< rows of 8: v, w, two unused; rows of 64 bytes, aligned
     double skip = 0.0; ///< [m/s] blocks at whose points velocities changed by no more are passed over
-    bool one_by_one = false; ///< each block by itself; else batches of which all may be
     /// [m/s] targets that a rigid motion misses by no more are met on average, and the load is shared smoothly;
     /// else fewer points carry it.
     double tolerance = 0.0;

@@ -36,28 +36,17 @@ LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<
     return select(v.due, v.change, zero);
 }
 
-/// The same for the lanes at whose points velocities changed by more than `skip` since they were visited last, or for all lanes
-/// of a batch that has some.
+/// The same for the lanes at whose points velocities changed by more than `skip` since they were visited last.
 template <int N>
 Real visit_batch(const BatchSweep& sweep, BlockBatch& batch) {
     BatchPoint* points = sweep.points + batch.first;
-    Twist twist[lane_count / width];
-    unsigned due = 0;
-    for (int first = 0; first < lane_count; first += width) {
-        const Visit<N> v(batch, points, first);
-        const Twist now = twist[first / width] = twist_of(sweep.velocity, batch, frame_of(batch, v), v);
-        const Twist since{now.u - v.load3(batch.seen), now.w - v.load3(batch.seen + 3)};
-        v.set(due, v.lanes_of(points[0].there) & (v.largest_square(since) > sweep.skip * sweep.skip));
-    }
-    if (due != 0 && !sweep.one_by_one) {
-        due = points[0].there;
-    }
     Real largest = real(0.0);
     for (int first = 0; first < lane_count; first += width) {
         Visit<N> v(batch, points, first);
-        v.twist = twist[first / width];
-        v.due = v.lanes_of(due);
-        const Real change = v.has_any(due) ? visit_lanes(sweep, batch, v) : real(0.0);
+        v.twist = twist_of(sweep.velocity, batch, frame_of(batch, v), v);
+        const Twist since{v.twist.u - v.load3(batch.seen), v.twist.w - v.load3(batch.seen + 3)};
+        v.due = v.lanes_of(points[0].there) & (v.largest_square(since) > sweep.skip * sweep.skip);
+        const Real change = any(v.due) ? visit_lanes(sweep, batch, v) : real(0.0);
         v.store(batch.change, change);
         largest = max(largest, change);
     }

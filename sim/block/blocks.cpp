@@ -422,7 +422,6 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
                           .rows = bodies_->rows.data(),
                           .velocity = velocity.front().v.data(),
                           .skip = skip,
-                          .one_by_one = skip > settled_change,
                           .tolerance = tolerance};
     std::atomic<double> worst = 0.0;
     share_colours([&](std::size_t first, std::size_t last) {

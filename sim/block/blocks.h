@@ -112,12 +112,8 @@ struct DriveWork {
 /// Loops over fewer blocks, pairs or bodies are not worth while to be shared among threads.
 inline constexpr std::size_t least_shared = 32;
 
-/// Changes [m/s] that a solve may leave to those of the next steps: where it finds more it leaves a share of that only.
-inline constexpr double settled_change = 1e-5;
-
 /// Blocks are passed over while velocities at their points changed by no more than this share [-] of the iteration's tolerance,
-/// or of the change of the sweep before if that is smaller. Where this is no more than settled_change, a block is passed over with
-/// all others of its batch only: what it is left with adds up, and law_stack's wooden blocks shake.
+/// or of the change of the sweep before if that is smaller.
 inline constexpr double skip_share = 0.3;
 
 /// So many sweeps [-] settle what is easy. After them Newton's method and extrapolation begin; where as many more do not halve the

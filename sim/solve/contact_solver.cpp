@@ -34,6 +34,9 @@ constexpr double largest_growth = 2.0;
 /// step leaves adds up, and towers bounce. By trial with towers of 20 to 60 cubes and the funnel, as settled_change.
 constexpr double solved_share = 0.25;
 
+/// Changes [m/s] that a solve may leave to those of the next steps: where it finds more it leaves a share of that only.
+constexpr double settled_change = 1e-5;
+
 /// Where a step ended only after more sweeps, the next one's sweeps end at this share [-] of what else is enough at rest. What
 /// took velocities away is in the guess, but no force: left there it would give back as much, and a tower would be swept in every
 /// second step, for ever. Any from 0.01 to 0.03 does.
