@@ -106,23 +106,30 @@ struct ColumnsRow {
     double ms = 0.0;      ///< a step
 };
 
+/// side * side columns over the same steps, the first ones after that in which they are put down: one column so often that it takes
+/// as long as many.
 ColumnsRow measure_columns(int side, int threads) {
     const auto seconds = [] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     };
-    const double start = seconds();
+    constexpr int steps = 60;
+    constexpr int column_count = 250; // at least
     const std::string count = fmt::format("lattice.box.count=[{0}, {0}, 40]", side);
-    sim::SceneDef scene = sim::parse_scene(columns, "columns.toml", std::vector<std::string>{count});
-    scene.step = sim::load_scene(TUMBLE_SCENE_DIR "/funnel.toml").step;
-    sim::World world(scene, threads);
-    world.step();
-    ColumnsRow row{.first_s = seconds() - start};
-    const int steps = side == 1 ? 2000 : 20000 / (side * side);
-    const double begin = seconds();
-    for (int i = 0; i < steps; ++i) {
+    const int runs = std::max(column_count / (side * side), 1);
+    ColumnsRow row;
+    for (int run = 0; run < runs; ++run) {
+        const double start = seconds();
+        sim::SceneDef scene = sim::parse_scene(columns, "columns.toml", std::vector<std::string>{count});
+        scene.step = sim::load_scene(TUMBLE_SCENE_DIR "/funnel.toml").step;
+        sim::World world(scene, threads);
         world.step();
+        const double begin = seconds();
+        for (int i = 0; i < steps; ++i) {
+            world.step();
+        }
+        row.first_s += (begin - start) / runs;
+        row.ms += 1e3 * (seconds() - begin) / (steps * runs);
     }
-    row.ms = 1e3 * (seconds() - begin) / steps;
     return row;
 }
 
