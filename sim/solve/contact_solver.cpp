@@ -196,7 +196,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     double part = 1.0; // see iterate()
-    for (int outer = 0; outer < most_rounds && !(contacts.loop.empty() && !with_joints); ++outer) {
+    for (int outer = 0; !contacts.loop.empty() || with_joints; ++outer) {
         const double residual_before = report.residual;
         report.residual = gaps.measure(outer == 0 && is_guess);
         report.joint_residual =
@@ -210,7 +210,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
         }
         const int left = settings_.iteration_limit - report.iterations;
         // Where bodies turn so far that another linear solve makes it worse, only a shorter interval helps.
-        if (left <= 0 || (outer > 1 && report.residual > std::max(residual_before, gap_tolerance))) {
+        if (left <= 0 || outer == most_rounds || (outer > 1 && report.residual > std::max(residual_before, gap_tolerance))) {
             break;
         }
         if (outer > 0 && report.residual > gap_tolerance) {

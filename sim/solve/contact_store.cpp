@@ -94,7 +94,6 @@ double RestingContacts::force_share(const Block& block) const {
 /// Which bodies impacts hit, and which they reach through contacts that pass them on. An impact acts as a whole within the
 /// interval, and so do the answers of the contacts that these bodies have: the instants before and after have no part of them.
 void RestingContacts::find_hit_bodies(std::span<char> is_reached) {
-    loop.share_batches([&](std::size_t first, std::size_t last) { work(RestPhase::hits, first, last, {}); });
     // Calls reach(body, is it reached?) for these bodies of the lanes.
     const auto for_each_in = [&](const int* body, unsigned lanes, auto&& reach) {
         for (; lanes != 0; lanes &= lanes - 1) {

@@ -57,8 +57,8 @@ enum class RestPhase {
     uncertain_work, ///< its work against what the others lead to
     scale,          ///< keeps a part of it
     yield,          ///< what overlaps is asked to part to the tolerance only
-    hits,    ///< which blocks impacts load, and which pass them on
-    measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]
+    measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]; which blocks
+             ///< impacts load, and which pass them on
     store    ///< what the contacts hand to the next interval; gives the bodies what acts before t0 of the impulses that are forces
 };
 

@@ -453,11 +453,9 @@ LANES_INLINE Real work_on_lanes(const Rest& lanes, double& uncertain_work) {
     case RestPhase::yield:
         lanes.yield();
         break;
-    case RestPhase::hits:
-        lanes.find_hits();
-        break;
     case RestPhase::measure:
         worst = lanes.measure();
+        lanes.find_hits();
         break;
     case RestPhase::store:
         lanes.store_impulses();
