@@ -37,9 +37,9 @@ constexpr double solved_share = 0.25;
 /// Changes [m/s] that a solve may leave to those of the next steps: where it finds more it leaves a share of that only.
 constexpr double settled_change = 1e-5;
 
-/// Where a step ended only after more sweeps, the next one's sweeps end at this share [-] of what else is enough at rest. What
+/// Where the last step's first sweep was not enough, this one's sweeps end at this share [-] of what else is enough at rest. What
 /// took velocities away is in the guess, but no force: left there it would give back as much, and a tower would be swept in every
-/// second step, for ever. Any from 0.01 to 0.03 does.
+/// second step, for ever. From 0.01 to 0.03 nothing changes.
 constexpr double resettled_share = 0.03;
 
 } // namespace
