@@ -46,9 +46,10 @@ struct BatchPoint {
     Lanes p_t[2];        ///< sum of the friction impulses [N s]
     unsigned there;      ///< bit l: lane l has this point
     // Of resting contacts; here, as a row of 64 bytes has room for them.
-    unsigned edges;   ///< bit l: crossing edges touch there
-    unsigned ahead;   ///< bit l: speculative, placed before its impact
-    unsigned closing; ///< bit l: an impact: without impulses its gap would close in this interval
+    unsigned edges;    ///< bit l: crossing edges touch there
+    unsigned wandered; ///< bit l: once in this interval the touch of edges or of a rim has wandered too far; see wander_share
+    unsigned ahead;    ///< bit l: speculative, placed before its impact
+    unsigned closing;  ///< bit l: an impact: without impulses its gap would close in this interval
 };
 
 /// Eight blocks in lanes. The frame of a block: t_1, t_2, n at the mean contact point, in the plane of the contact that

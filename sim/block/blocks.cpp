@@ -284,7 +284,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
     }
     const std::span<BatchPoint> own = points_of(batch);
     for (BatchPoint& point : own) {
-        point.there = point.edges = point.ahead = point.closing = 0;
+        point.there = point.edges = point.wandered = point.ahead = point.closing = 0;
     }
     batch.moves_a = batch.moves_b = batch.face_of_a = 0;
     batch.has_friction = false;

@@ -56,11 +56,13 @@ struct Interval {
 struct Displacement {
     double gap = 0.0; ///< [m] at the predicted poses
     Vec2 d_t;         ///< [m] tangential, over the interval; along the block's tangents
+    bool has_wandered = false; ///< the touch, too far
 };
 
-/// What the interval does to a contact. n: the block's normal; u_t: its tangential velocity after the impulses [m/s].
+/// What the interval does to a contact. n: the block's normal; u_t: its tangential velocity after the impulses [m/s]; has_wandered:
+/// the touch, by the poses that were predicted before.
 Displacement displacement(const Interval& of, const FoundContact& contact, const Vec3& n,
-                          const Eigen::Matrix<double, 3, 2>& tangents, const Vec2& u_t) {
+                          const Eigen::Matrix<double, 3, 2>& tangents, const Vec2& u_t, bool has_wandered) {
     const ContactGeometry& start = contact.at;
     const ContactFeature& feature = contact.feature;
     const ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
@@ -73,18 +75,18 @@ Displacement displacement(const Interval& of, const FoundContact& contact, const
     const Vec3 point_a = of.placed_a * (of.from_a.orientation.conjugate() * (start.a - of.from_a.position));
     const Vec3 point_b = of.placed_b * (of.from_b.orientation.conjugate() * (start.b() - of.from_b.position));
     const Vec3 d = point_a - point_b;
-    const bool is_left = wanders(feature, at, point_a, point_b, of.size);
+    const bool is_left = has_wandered || wanders(feature, at, point_a, point_b, of.size);
     const double gap = is_left ? n.dot(d) : at.gap;
     if (is_ball) {
-        return {gap, rolling()};
+        return {gap, rolling(), is_left};
     }
     if (is_rim(feature)) {
         const Vec3 moved_a = rolled(of.from_a, of.to_a, start.a, is_left ? point_a : at.a);
         const Vec3 moved_b = rolled(of.from_b, of.to_b, start.b(), is_left ? point_b : at.b());
-        return {gap, tangents.transpose() * (moved_a - moved_b)};
+        return {gap, tangents.transpose() * (moved_a - moved_b), is_left};
     }
     const Vec3& across = is_left ? n : at.n;
-    return {gap, tangents.transpose() * (d - d.dot(across) * across)};
+    return {gap, tangents.transpose() * (d - d.dot(across) * across), is_left};
 }
 
 } // namespace
@@ -142,7 +144,9 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
         const LanePoint point(in_lanes, lane);
         const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k];
         const Displacement moved = displacement(interval, manifold.found(contact, interval.from_a, interval.from_b),
-                                                frame.frame.col(2), tangents, point.tangential_velocity(twist));
+                                                frame.frame.col(2), tangents, point.tangential_velocity(twist),
+                                                (in_lanes.wandered >> lane & 1u) != 0);
+        in_lanes.wandered |= static_cast<unsigned>(moved.has_wandered) << lane;
         const double missing = contacts.rest_points[at].gap_target.x[lane] - moved.gap;
         in_lanes.u_n_target.x[lane] = point.normal_velocity(twist) + missing / to.h;
         const Vec2 target = point.tangential_velocity(twist) - moved.d_t / to.h;

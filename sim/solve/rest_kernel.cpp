@@ -97,7 +97,7 @@ struct Edges {
         n = edge_normal(a, b);
         lean = n_b - move_b.turn(edge_normal(a_before, b_before));
     }
-    /// Has the touch wandered too far along them? d: of points on them that touched as the interval began. The lines of edges
+    /// Is the touch now too far along them? d: of points on them that touched as the interval began. The lines of edges
     /// that are parallel are nowhere near.
     LANES_INLINE Mask wander(const Real3& d) const {
         const Real cosine = dot(a, b);
@@ -310,7 +310,8 @@ struct Rest : Window {
             if (has_any(points[k].edges)) {
                 const Mask at_edges = lanes_of(points[k].edges);
                 const Real3 between = d - load(points[k].gap) * edges.lean;
-                const Mask wanders = edges.wander(between);
+                const Mask wanders = lanes_of(points[k].wandered) | (at_edges & edges.wander(between));
+                this->set(points[k].wandered, wanders);
                 n = select(wanders, f.n, edges.n);
                 across = select(at_edges, d - dot(n, d) * n, across);
                 gap = select(at_edges, dot(n, select(wanders, d, between)), gap);

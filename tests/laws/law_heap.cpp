@@ -113,8 +113,9 @@ TEST(law_heap, of_24_cylinders_gains_no_energy_where_impacts_cut_steps_short) {
     judge_heap("24 cylinders", heap_scene(24, {Kind::cylinder}, sim::ImpactHandling::stop), 0.62);
 }
 
-// About 60 divisions, whatever the rounding; where repair does not keep features together that take turns, each letting the
-// other overlap: 111. Where a force is told point by point, not block by block, one heap gains 6e-3 of its energy.
+// 17 divisions; where the touch of edges that has wandered too far may come back within a solve: 62, for gaps then jump between two
+// values of which none meets its target. Where repair does not keep features together that take turns, each letting the other
+// overlap, some 50 more. Where a force is told point by point, not block by block, one heap gains 6e-3 of its energy.
 TEST(law_heap, steps_of_mixed_shapes_are_seldom_divided_and_gain_nothing) {
     int divisions = 0;
     double gain = 0.0;
@@ -127,10 +128,10 @@ TEST(law_heap, steps_of_mixed_shapes_are_seldom_divided_and_gain_nothing) {
         }
     }
     record({"100 heaps of 64 shapes of four kinds, 600 steps", "divisions of steps [-]", 1e-3, static_cast<double>(divisions),
-            80.0});
+            40.0});
     record({"100 heaps of 64 shapes of four kinds, 600 steps", "energy gained in a step [-]", 1e-3, gain,
             sim::energy_gain_allowed});
-    EXPECT_LE(divisions, 80);
+    EXPECT_LE(divisions, 40);
     EXPECT_LE(gain, sim::energy_gain_allowed);
 }
 
