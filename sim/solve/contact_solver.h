@@ -88,7 +88,7 @@ private:
     std::vector<Velocity> at_node_;    ///< see velocity_at_node()
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] by what is uncertain of the guess
-    std::vector<char> was_swept_;      ///< [body_count] its group's first sweep was not enough in the last step
+    std::vector<char> was_swept_;      ///< [body_count] the first sweep of its group was not enough in the last interval
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };
 

@@ -8,7 +8,8 @@ namespace sim {
 
 /// Where edges that are nearly parallel touch wanders far with a small turn, and their normal turns with it. Beyond this
 /// share [-] of the smaller body the gap is that of the points that touched as the interval began, along its normal
-/// then; the check of the planned poses sees what that leaves.
+/// then; the check of the planned poses sees what that leaves. It stays so within a solve: a gap that jumps from one to the other
+/// meets no target.
 inline constexpr double wander_share = 0.02;
 
 /// Point k of each block of a batch, beside its BatchPoint.

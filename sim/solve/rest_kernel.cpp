@@ -311,7 +311,7 @@ struct Rest : Window {
                 const Mask at_edges = lanes_of(points[k].edges);
                 const Real3 between = d - load(points[k].gap) * edges.lean;
                 const Mask wanders = lanes_of(points[k].wandered) | (at_edges & edges.wander(between));
-                this->set(points[k].wandered, wanders);
+                Window::set(points[k].wandered, wanders);
                 n = select(wanders, f.n, edges.n);
                 across = select(at_edges, d - dot(n, d) * n, across);
                 gap = select(at_edges, dot(n, select(wanders, d, between)), gap);

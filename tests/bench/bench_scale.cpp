@@ -106,16 +106,15 @@ struct ColumnsRow {
     double ms = 0.0;      ///< a step
 };
 
-/// side * side columns over the same steps, the first ones after that in which they are put down: one column so often that it takes
-/// as long as many.
+/// side * side columns over the same steps, the first ones after that in which they are put down; one column 256 times, so that it
+/// takes as long as 256.
 ColumnsRow measure_columns(int side, int threads) {
     const auto seconds = [] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     };
     constexpr int steps = 60;
-    constexpr int column_count = 250; // at least
     const std::string count = fmt::format("lattice.box.count=[{0}, {0}, 40]", side);
-    const int runs = std::max(column_count / (side * side), 1);
+    const int runs = side == 1 ? 256 : 1;
     ColumnsRow row;
     for (int run = 0; run < runs; ++run) {
         const double start = seconds();

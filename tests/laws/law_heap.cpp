@@ -114,8 +114,8 @@ TEST(law_heap, of_24_cylinders_gains_no_energy_where_impacts_cut_steps_short) {
 }
 
 // 17 divisions; where the touch of edges that has wandered too far may come back within a solve: 62, for gaps then jump between two
-// values of which none meets its target. Where repair does not keep features together that take turns, each letting the other
-// overlap, some 50 more. Where a force is told point by point, not block by block, one heap gains 6e-3 of its energy.
+// values of which none meets its target; more, too, where repair does not keep features together that take turns, each letting the
+// other overlap. Where a force is told point by point, not block by block, one heap gains 6e-3 of its energy.
 TEST(law_heap, steps_of_mixed_shapes_are_seldom_divided_and_gain_nothing) {
     int divisions = 0;
     double gain = 0.0;
