@@ -19,12 +19,20 @@ inline constexpr int width = 2;
 using Real = double __attribute__((vector_size(8 * width)));    ///< one number a lane
 using Mask = long long __attribute__((vector_size(8 * width))); ///< one truth value a lane: all its bits are set, or none
 using RealInMemory = Real __attribute__((may_alias));
+using Short = float __attribute__((vector_size(4 * width)));
+using ShortInMemory = Short __attribute__((may_alias));
 
 LANES_INLINE Real load(const double* from) {
     return *reinterpret_cast<const RealInMemory*>(from);
 }
 LANES_INLINE void store(double* to, const Real& x) {
     *reinterpret_cast<RealInMemory*>(to) = x;
+}
+LANES_INLINE Real load(const float* from) {
+    return __builtin_convertvector(*reinterpret_cast<const ShortInMemory*>(from), Real);
+}
+LANES_INLINE void store(float* to, const Real& x) {
+    *reinterpret_cast<ShortInMemory*>(to) = __builtin_convertvector(x, Short);
 }
 /// From numbers that are aligned to one only.
 LANES_INLINE Real load_anywhere(const double* from) {
@@ -185,8 +193,10 @@ struct Window {
     int first = 0;
 
     LANES_INLINE Real load(const Lanes& from) const { return sim::load(from.x + first); }
+    LANES_INLINE Real load(const ShortLanes& from) const { return sim::load(from.x + first); }
     LANES_INLINE Real3 load3(const Lanes* from) const { return {load(from[0]), load(from[1]), load(from[2])}; }
     LANES_INLINE void store(Lanes& to, const Real& x) const { sim::store(to.x + first, x); }
+    LANES_INLINE void store(ShortLanes& to, const Real& x) const { sim::store(to.x + first, x); }
     LANES_INLINE void store3(Lanes* to, const Real3& v) const {
         store(to[0], v.x);
         store(to[1], v.y);

@@ -37,13 +37,15 @@ struct alignas(64) BodyRows {
 struct BatchPoint {
     BatchPoint() {} // no zeros, which of a whole heap take time, too: Blocks::fill_batch() writes all members
 
-    Lanes x, y;          ///< [m] in the contact plane, from the block's centre, along t_1 and t_2
+    /// [m] In the contact plane, from the block's centre, along t_1 and t_2. In seven digits: gaps depend on them by what the
+    /// bodies turn in an interval only.
+    ShortLanes x, y;
     Lanes gap;           ///< [m] as the interval begins
-    Lanes height;        ///< [m] of the point on a along n, from the block's centre on a
     Lanes u_n_target;    ///< [m/s]
     Lanes u_t_target[2]; ///< of a sticking contact [m/s]
     Lanes p_n;           ///< sum of the normal impulses [N s]
     Lanes p_t[2];        ///< sum of the friction impulses [N s]
+    ShortLanes height;   ///< [m] of the point on a along n, from the block's centre on a; as with x and y
     unsigned there;      ///< bit l: lane l has this point
     // Of resting contacts; here, as a row of 64 bytes has room for them.
     unsigned edges;    ///< bit l: crossing edges touch there
@@ -78,9 +80,9 @@ struct BlockBatch {
     /// Share [-] of the impulses at which the sliding direction is taken: of a step's impulses the part that acts before
     /// t0; 1 (the velocity after) in a collision, where sticking and sliding are then one law.
     Lanes node_weight;
-    Lanes per_k_t;        ///< [kg] 1 / the largest eigenvalue of K_tt over the points
+    ShortLanes per_k_t; ///< [kg] 1 / the largest eigenvalue of K_tt over the points
+    ShortLanes change;  ///< [m/s] largest of a velocity at its points, by the last sweep
     Lanes seen[6]; ///< u_1, u_2, u_n [m/s], w_1, w_2, w_n [rad/s] as the last visit left them; u_n `no_point`: to be visited again
-    Lanes change;  ///< [m/s] largest of a velocity at its points, by the last sweep
 };
 
 /// Fills in what does not change while batches are iterated; impulses are zero, targets and marks unset.

@@ -387,7 +387,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
 /// Visits again, colour by colour, what the last sweep changed by more than `large` [m/s], while that takes no more visits than
 /// another sweep: of a row that is wedged nothing else changes after some twenty sweeps.
 void Blocks::visit_again(const BatchSweep& like, double large) {
-    const auto is_done = [&](std::size_t i) { return std::ranges::max(batches[i].change.x) <= large; };
+    const auto is_done = [&](std::size_t i) { return static_cast<double>(std::ranges::max(batches[i].change.x)) <= large; };
     again_.resize(batches.size());
     std::iota(again_.begin(), again_.end(), std::size_t{0});
     std::erase_if(again_, is_done);
