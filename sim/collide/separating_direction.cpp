@@ -148,9 +148,11 @@ private:
     static constexpr std::size_t usual_features = 24; ///< for time only
     static constexpr double none = -std::numeric_limits<double>::infinity();
 
-    static void take(SeparatingDirection& best, const SeparatingDirection& found) {
-        if (found.core_gap > best.core_gap) {
-            best = found;
+    /// A rim has the direction of the side that it ends, too: what touches the side touches it anywhere along it.
+    void take(SeparatingDirection& kept, const SeparatingDirection& found) const {
+        const int more_rims = int{has_rim(found.a, found.b)} - int{has_rim(kept.a, kept.b)};
+        if (found.core_gap > kept.core_gap + more_rims * slack_) {
+            kept = found;
         }
     }
 

@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 
 using namespace sim;
 
@@ -316,6 +318,64 @@ TEST(convex_pair, every_feature_against_every_feature_agrees_with_brute_force) {
     const std::filesystem::path folder = std::filesystem::path(TUMBLE_OUT_DIR) / "test";
     std::filesystem::create_directories(folder);
     write_file(folder / "pairs.md", table);
+}
+
+namespace {
+
+/// How far a point of the body's frame lies outside a surface [m], to first order near it; negative inside.
+double outside(const Shape& shape, const Vec3& x) {
+    const double around = std::hypot(x.x(), x.y());
+    const double along = std::abs(x.z());
+    if (const auto* sphere = std::get_if<Sphere>(&shape)) {
+        return x.norm() - sphere->radius;
+    }
+    if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+        return std::hypot(around, std::max(along - capsule->half_length, 0.0)) - capsule->radius;
+    }
+    if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
+        return std::max(around - cylinder->radius, along - cylinder->half_length);
+    }
+    if (const auto* box = std::get_if<Box>(&shape)) {
+        return (x.cwiseAbs() - box->half_extents).maxCoeff();
+    }
+    const Polytope& hull = *std::get<Hull>(shape).polytope;
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Polytope::Face& face : hull.faces) {
+        most = std::max(most, face.normal.dot(x - hull.vertices[static_cast<std::size_t>(face.loop[0])]));
+    }
+    return most;
+}
+
+} // namespace
+
+// What touches the side of a cylinder touches its rims along the same direction, too, which are elsewhere.
+TEST(convex_pair, contacts_of_bodies_that_overlap_a_little_lie_on_both_surfaces) {
+    Numbers numbers(17);
+    for (const Named& a : all_shapes()) {
+        for (const Named& b : all_shapes()) {
+            for (int i = 0; i < 40; ++i) {
+                const double depth = std::pow(10.0, numbers.between(-9.0, -4.0));
+                Pose pose_a = numbers.pose(0.0);
+                const Pose pose_b = numbers.pose(0.0);
+                const Vec3 apart = numbers.direction();
+                double from = 0.0;
+                double to = 1.0;
+                for (int round = 0; round < 50; ++round) {
+                    const double middle = 0.5 * (from + to);
+                    pose_a.position = middle * apart;
+                    (separation({a.shape, pose_a}, {b.shape, pose_b}) > -depth ? to : from) = middle;
+                }
+                std::vector<FoundContact> contacts;
+                find_contacts({a.shape, pose_a}, {b.shape, pose_b}, 0.0, contacts);
+                ASSERT_FALSE(contacts.empty()) << a.name << " " << b.name << " " << i;
+                for (const FoundContact& contact : contacts) {
+                    const double off = std::max(std::abs(outside(a.shape, pose_a.orientation.conjugate() * (contact.at.a - pose_a.position))),
+                                                std::abs(outside(b.shape, pose_b.orientation.conjugate() * contact.at.b())));
+                    EXPECT_LE(off, 1e-3) << a.name << " " << b.name << " " << i << " overlap " << depth;
+                }
+            }
+        }
+    }
 }
 
 // The nearest corner of the prism lies at the far end of an edge of the corner where the search begins.
