@@ -22,6 +22,17 @@ LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<
     }
     const auto put = [&](Lanes& to, const Real& x) { v.store(to, select(v.due, x, v.load(to))); };
     const auto put3 = [&](Lanes* to, const Real3& x) { v.store3(to, select(v.due, x, v.load3(to))); };
+    if (sweep.by_half) {
+        for (int k = 0; k < N; ++k) {
+            const BatchPoint& point = v.points[k];
+            v.p_n[k] = 0.5 * (v.p_n[k] + v.load(point.p_n));
+            v.p_1[k] = 0.5 * (v.p_1[k] + v.load(point.p_t[0]));
+            v.p_2[k] = 0.5 * (v.p_2[k] + v.load(point.p_t[1]));
+        }
+        v.force = real(0.5) * v.force;
+        v.moment = real(0.5) * v.moment;
+        v.left = real(infinity);
+    }
     for (int k = 0; k < N; ++k) {
         BatchPoint& point = v.points[k];
         put(point.p_n, v.p_n[k]);

@@ -385,15 +385,18 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
 }
 
 /// Visits again, colour by colour, what the last sweep changed by more than `large` [m/s], while that takes no more visits than
-/// another sweep: of a row that is wedged nothing else changes after some twenty sweeps.
+/// another sweep: of a row that is wedged nothing else changes after some twenty sweeps. Where sweeps stall, blocks may take
+/// turns, or the normal impulses and friction of one: every second time half of what a visit finds is taken.
 void Blocks::visit_again(const BatchSweep& like, double large) {
     const auto is_done = [&](std::size_t i) { return static_cast<double>(std::ranges::max(batches[i].change.x)) <= large; };
     again_.resize(batches.size());
     std::iota(again_.begin(), again_.end(), std::size_t{0});
     std::erase_if(again_, is_done);
     std::size_t visits = 0;
+    BatchSweep again = like;
     while (!again_.empty() && visits + again_.size() <= batches.size()) {
         visits += again_.size();
+        again.by_half = stalls_ && !again.by_half;
         auto begin = again_.begin();
         for (const std::size_t end_of_colour : colours_) {
             const std::span of_colour(begin, std::ranges::lower_bound(begin, again_.end(), end_of_colour));
@@ -401,7 +404,7 @@ void Blocks::visit_again(const BatchSweep& like, double large) {
                 of_colour.size(),
                 [&](std::size_t first, std::size_t last) {
                     for (const std::size_t i : of_colour.subspan(first, last - first)) {
-                        sweep_like(like, &batches[i], 1);
+                        sweep_like(again, &batches[i], 1);
                     }
                 },
                 least_shared / lane_count);

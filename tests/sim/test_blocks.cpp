@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 using namespace sim;
@@ -268,6 +269,46 @@ TEST(blocks, load_that_moves_to_another_point_keeps_its_friction) {
         EXPECT_GT(friction.norm(), 0.85 * 0.4 * cube.load()) << moved; // it slides; without, half of what has moved is lost
         EXPECT_LT(friction.norm(), 0.4 * cube.load() * (1.0 + 1e-6));
     }
+}
+
+/// Three points of the end of a cylinder that turns, and on whose rim another body presses: the normal impulses ask for another
+/// friction, and that for other normal impulses.
+TEST(blocks, normal_impulses_and_friction_that_take_turns_come_to_an_end) {
+    Pair pair;
+    add_body(pair.bodies, make_props(Plane{}, 0.0), Pose{});
+    add_body(pair.bodies, make_props(Cylinder{0.15, 0.125}, 1000.0), {Vec3(0, 0, 0.1255), Quat::Identity()});
+    pair.contacts.resize(3);
+    for (std::size_t k = 0; k < 3; ++k) {
+        pair.contacts[k].at.n = -Vec3::UnitZ();
+        pair.contacts[k].at.a = std::array{Vec3(0.1124, 0.0987, 0), Vec3(0.1395, 0.0541, 0), Vec3(0.06, 0.137, 0)}[k];
+        pair.loop.contacts.push_back(&pair.contacts[k]);
+    }
+    Block like;
+    like.a = 0;
+    like.b = 1;
+    like.mu_s = like.mu_d = 0.4;
+    pair.loop.add(0, like);
+    pair.loop.arrange(pair.bodies, 0, pair.bodies.velocity);
+    BlockBatch& batch = pair.loop.batch_of(pair.loop.blocks[0]);
+    const std::size_t lane = Blocks::lane_of(pair.loop.blocks[0]);
+    batch.node_weight.x[lane] = 0.0;
+    batch.before[0].x[lane] = 0.148;
+    batch.before[1].x[lane] = 0.206;
+    batch.before[2].x[lane] = -1.6;
+    const std::span<BatchPoint> points = pair.loop.points_of(batch);
+    for (std::size_t k = 0; k < 3; ++k) {
+        points[k].u_n_target.x[lane] = 4.9e-3;
+        points[k].p_n.x[lane] = std::array{4.79, 6.8, 6.13}[k];
+        points[k].p_t[0].x[lane] = std::array{-0.215, -0.29, -0.612}[k];
+        points[k].p_t[1].x[lane] = std::array{-1.16, -2.7, -2.37}[k];
+    }
+    pair.bodies.velocity[1] = {Vec3(0.1846, 0.2076, -0.0011), Vec3(0.072, -0.5976, -1.913)};
+    pair.loop.wake();
+    double change = 0.0;
+    for (int i = 0; i < 200; ++i) {
+        change = pair.loop.sweep(pair.bodies.velocity, 1e-9, 0.05, 1e-3);
+    }
+    EXPECT_LE(change, 1e-8); // 0.1 m/s in every sweep where visits that take turns are not taken by half
 }
 
 TEST(blocks, without_friction_the_slip_is_kept) {
