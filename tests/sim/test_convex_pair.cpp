@@ -378,6 +378,24 @@ TEST(convex_pair, contacts_of_bodies_that_overlap_a_little_lie_on_both_surfaces)
     }
 }
 
+// It leaves by the side or by the end. A polytope that grew to its size would have a million corners.
+TEST(convex_pair, a_grain_inside_the_rim_of_a_cylinder_is_as_deep_as_it_is) {
+    const Cylinder cylinder{0.15, 0.125};
+    Numbers numbers(23);
+    for (const double radius : {1e-3, 1e-6, 1e-9}) {
+        for (int i = 0; i < 100; ++i) {
+            const Pose pose = numbers.pose(0.0);
+            const double angle = numbers.between(0.0, 6.0);
+            const double below_side = radius * numbers.between(0.1, 1.0);
+            const double below_end = radius * numbers.between(0.1, 1.0);
+            const double around = cylinder.radius - below_side;
+            const Vec3 at = pose * Vec3(around * std::cos(angle), around * std::sin(angle), cylinder.half_length - below_end);
+            const double gap = separation({Sphere{radius}, {at, Quat::Identity()}}, {cylinder, pose});
+            EXPECT_NEAR(gap, -radius - std::min(below_side, below_end), 1e-15) << radius;
+        }
+    }
+}
+
 // The nearest corner of the prism lies at the far end of an edge of the corner where the search begins.
 TEST(convex_pair, a_corner_at_the_far_end_of_an_edge_is_found) {
     const Pose prism_pose{Vec3(-0.01052613049131049, 0.0038209875767794455, 0.55818045466963462),
