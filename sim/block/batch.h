@@ -80,9 +80,9 @@ struct BlockBatch {
     /// Share [-] of the impulses at which the sliding direction is taken: of a step's impulses the part that acts before
     /// t0; 1 (the velocity after) in a collision, where sticking and sliding are then one law.
     Lanes node_weight;
-    ShortLanes per_k_t; ///< [kg] 1 / the largest eigenvalue of K_tt over the points
-    ShortLanes change;  ///< [m/s] largest of a velocity at its points, by the last sweep
+    Lanes per_k_t;        ///< [kg] 1 / the largest eigenvalue of K_tt over the points
     Lanes seen[6]; ///< u_1, u_2, u_n [m/s], w_1, w_2, w_n [rad/s] as the last visit left them; u_n `no_point`: to be visited again
+    Lanes change;  ///< [m/s] largest of a velocity at its points, by the last sweep
 };
 
 /// Fills in what does not change while batches are iterated; impulses are zero, targets and marks unset.

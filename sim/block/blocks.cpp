@@ -388,7 +388,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
 /// another sweep: of a row that is wedged nothing else changes after some twenty sweeps. Where sweeps stall, blocks may take
 /// turns, or the normal impulses and friction of one: every second time half of what a visit finds is taken.
 void Blocks::visit_again(const BatchSweep& like, double large) {
-    const auto is_done = [&](std::size_t i) { return static_cast<double>(std::ranges::max(batches[i].change.x)) <= large; };
+    const auto is_done = [&](std::size_t i) { return std::ranges::max(batches[i].change.x) <= large; };
     again_.resize(batches.size());
     std::iota(again_.begin(), again_.end(), std::size_t{0});
     std::erase_if(again_, is_done);

@@ -92,7 +92,7 @@ double Blocks::largest_change(const Island& island) const {
         const Block& block = blocks[static_cast<std::size_t>(i)];
         const BlockBatch& batch = batches[static_cast<std::size_t>(block.lane) / lane_count];
         const std::size_t lane = lane_of(block);
-        change = std::max(change, static_cast<double>(batch.change.x[lane]));
+        change = std::max(change, batch.change.x[lane]);
     }
     return change;
 }
@@ -112,7 +112,7 @@ Unsettled Blocks::least_settled() {
     Unsettled found;
     const Block* worst = nullptr;
     for (const Block& block : blocks) {
-        const double change = block.count > 0 ? static_cast<double>(batch_of(block).change.x[lane_of(block)]) : 0.0;
+        const double change = block.count > 0 ? batch_of(block).change.x[lane_of(block)] : 0.0;
         if (worst == nullptr || change > found.change) {
             found = {.a = block.a, .b = block.b, .change = change};
             worst = &block;
