@@ -113,7 +113,7 @@ TEST(law_heap, of_24_cylinders_gains_no_energy_where_impacts_cut_steps_short) {
     judge_heap("24 cylinders", heap_scene(24, {Kind::cylinder}, sim::ImpactHandling::stop), 0.62);
 }
 
-// 6 divisions; where the touch of edges that has wandered too far may come back within a solve: 62, for gaps then jump between two
+// 8 divisions; where the touch of edges that has wandered too far may come back within a solve: 62, for gaps then jump between two
 // values of which none meets its target; more, too, where repair does not keep features together that take turns, each letting the
 // other overlap. Where a force is told point by point, not block by block, one heap gains 6e-3 of its energy.
 TEST(law_heap, steps_of_mixed_shapes_are_seldom_divided_and_gain_nothing) {
