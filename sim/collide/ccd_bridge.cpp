@@ -11,10 +11,11 @@ namespace {
 /// Where that does not make them overlap, by half the distance of their centres.
 constexpr double enlargement = 0.02;
 
-/// Tolerance of the polytope that grows towards the nearest face, as a share [-] of the smaller core, or of this share of the larger
-/// one: a grain on a round body would ask for half a second. And the steps until the cores are known to overlap.
+/// Tolerance of the polytope that grows towards the nearest face, as a share [-] of the smaller core; one of less than
+/// `smallest` [-] of the larger one counts as that: for a grain in a round body the polytope would have a million corners.
 constexpr double tolerance = 1e-5;
-constexpr double least_share = 1e-2;
+constexpr double smallest = 1e-2;
+/// Steps until the cores are known to overlap.
 constexpr unsigned long iteration_limit = 100;
 
 struct Enlarged {
@@ -46,7 +47,7 @@ std::optional<Vec3> penetration_direction(const Convex& a, const Convex& b) {
     CCD_INIT(&ccd);
     ccd.support1 = ccd.support2 = support;
     ccd.max_iterations = iteration_limit;
-    ccd.epa_tolerance = tolerance * std::max(size, least_share * std::max(size_of(a), size_of(b)));
+    ccd.epa_tolerance = tolerance * std::max(size, smallest * std::max(size_of(a), size_of(b)));
     for (const double margin : {enlargement * size, 0.5 * distance + enlargement * size}) {
         const Enlarged first{&a, margin};
         const Enlarged second{&b, margin};

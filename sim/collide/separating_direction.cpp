@@ -148,7 +148,8 @@ private:
     static constexpr std::size_t usual_features = 24; ///< for time only
     static constexpr double none = -std::numeric_limits<double>::infinity();
 
-    /// A rim has the direction of the side that it ends, too: what touches the side touches it anywhere along it.
+    /// Of equal gaps that without a rim: a rim has the direction of the side that it ends, too, but what touches the side need not
+    /// touch it there.
     void take(SeparatingDirection& kept, const SeparatingDirection& found) const {
         const int more_rims = int{has_rim(found.a, found.b)} - int{has_rim(kept.a, kept.b)};
         if (found.core_gap > kept.core_gap + more_rims * slack_) {

@@ -26,6 +26,10 @@ struct Pair {
         std::vector<FoundContact> found;
         find_contacts({bodies.props[0].shape, bodies.pose[0]}, {bodies.props[1].shape, bodies.pose[1]}, margin, found);
         contacts = {found.begin(), found.end()};
+        arrange(mu);
+    }
+    /// The contacts that are there.
+    void arrange(double mu) {
         for (const Contact& contact : contacts) {
             loop.contacts.push_back(&contact);
         }
@@ -277,18 +281,12 @@ TEST(blocks, normal_impulses_and_friction_that_take_turns_come_to_an_end) {
     Pair pair;
     add_body(pair.bodies, make_props(Plane{}, 0.0), Pose{});
     add_body(pair.bodies, make_props(Cylinder{0.15, 0.125}, 1000.0), {Vec3(0, 0, 0.1255), Quat::Identity()});
-    pair.contacts.resize(3);
-    for (std::size_t k = 0; k < 3; ++k) {
-        pair.contacts[k].at.n = -Vec3::UnitZ();
-        pair.contacts[k].at.a = std::array{Vec3(0.1124, 0.0987, 0), Vec3(0.1395, 0.0541, 0), Vec3(0.06, 0.137, 0)}[k];
-        pair.loop.contacts.push_back(&pair.contacts[k]);
+    for (const Vec3& place : {Vec3(0.1124, 0.0987, 0), Vec3(0.1395, 0.0541, 0), Vec3(0.06, 0.137, 0)}) {
+        Contact& contact = pair.contacts.emplace_back();
+        contact.at.n = -Vec3::UnitZ();
+        contact.at.a = place;
     }
-    Block like;
-    like.a = 0;
-    like.b = 1;
-    like.mu_s = like.mu_d = 0.4;
-    pair.loop.add(0, like);
-    pair.loop.arrange(pair.bodies, 0, pair.bodies.velocity);
+    pair.arrange(0.4);
     BlockBatch& batch = pair.loop.batch_of(pair.loop.blocks[0]);
     const std::size_t lane = Blocks::lane_of(pair.loop.blocks[0]);
     batch.node_weight.x[lane] = 0.0;

@@ -322,8 +322,9 @@ TEST(convex_pair, every_feature_against_every_feature_agrees_with_brute_force) {
 
 namespace {
 
-/// How far a point of the body's frame lies outside a surface [m], to first order near it; negative inside.
-double outside(const Shape& shape, const Vec3& x) {
+/// How far a point of the world lies outside a body's surface [m], to first order near it; negative inside.
+double outside(const Shape& shape, const Pose& pose, const Vec3& point) {
+    const Vec3 x = pose.orientation.conjugate() * (point - pose.position);
     const double around = std::hypot(x.x(), x.y());
     const double along = std::abs(x.z());
     if (const auto* sphere = std::get_if<Sphere>(&shape)) {
@@ -369,9 +370,8 @@ TEST(convex_pair, contacts_of_bodies_that_overlap_a_little_lie_on_both_surfaces)
                 find_contacts({a.shape, pose_a}, {b.shape, pose_b}, 0.0, contacts);
                 ASSERT_FALSE(contacts.empty()) << a.name << " " << b.name << " " << i;
                 for (const FoundContact& contact : contacts) {
-                    const double off = std::max(std::abs(outside(a.shape, pose_a.orientation.conjugate() * (contact.at.a - pose_a.position))),
-                                                std::abs(outside(b.shape, pose_b.orientation.conjugate() * contact.at.b())));
-                    EXPECT_LE(off, 1e-3) << a.name << " " << b.name << " " << i << " overlap " << depth;
+                    EXPECT_NEAR(outside(a.shape, pose_a, contact.at.a), 0.0, 1e-3) << a.name << " on " << b.name << " " << i;
+                    EXPECT_NEAR(outside(b.shape, pose_b, contact.at.b()), 0.0, 1e-3) << b.name << " under " << a.name << " " << i;
                 }
             }
         }
