@@ -393,10 +393,8 @@ void Blocks::visit_again(const BatchSweep& like, double large) {
     std::iota(again_.begin(), again_.end(), std::size_t{0});
     std::erase_if(again_, is_done);
     std::size_t visits = 0;
-    BatchSweep again = like;
     while (!again_.empty() && visits + again_.size() <= batches.size()) {
         visits += again_.size();
-        again.by_half = stalls_ && !again.by_half;
         auto begin = again_.begin();
         for (const std::size_t end_of_colour : colours_) {
             const std::span of_colour(begin, std::ranges::lower_bound(begin, again_.end(), end_of_colour));
@@ -404,7 +402,7 @@ void Blocks::visit_again(const BatchSweep& like, double large) {
                 of_colour.size(),
                 [&](std::size_t first, std::size_t last) {
                     for (const std::size_t i : of_colour.subspan(first, last - first)) {
-                        sweep_like(again, &batches[i], 1);
+                        sweep_like(like, &batches[i], 1);
                     }
                 },
                 least_shared / lane_count);
@@ -425,7 +423,8 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
                           .rows = bodies_->rows.data(),
                           .velocity = velocity.front().v.data(),
                           .skip = skip,
-                          .tolerance = tolerance};
+                          .tolerance = tolerance,
+                          .by_half = stalls_ && sweeps_ % 2 == 0};
     std::atomic<double> worst = 0.0;
     share_colours([&](std::size_t first, std::size_t last) {
         raise_to(worst, sweep_like(like, batches.data() + first, last - first));

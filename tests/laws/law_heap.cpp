@@ -9,8 +9,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 namespace {
 
@@ -115,23 +118,31 @@ TEST(law_heap, of_24_cylinders_gains_no_energy_where_impacts_cut_steps_short) {
 
 // 8 divisions; where the touch of edges that has wandered too far may come back within a solve: 62, for gaps then jump between two
 // values of which none meets its target; more, too, where repair does not keep features together that take turns, each letting the
-// other overlap. Where a force is told point by point, not block by block, one heap gains 6e-3 of its energy.
-TEST(law_heap, steps_of_mixed_shapes_are_seldom_divided_and_gain_nothing) {
+// other overlap. Where a force is told point by point, not block by block, one heap gains 6e-3 of its energy. At most 207 sweeps;
+// where no sweep takes half, two points 2 mm apart take turns in the last of these heaps, for all that a step has.
+TEST(law_heap, steps_of_mixed_shapes_are_seldom_divided_soon_done_and_gain_nothing) {
     int divisions = 0;
+    int sweeps = 0;
     double gain = 0.0;
-    for (int seed = 1; seed <= 100; ++seed) {
+    std::vector<int> seeds(100);
+    std::iota(seeds.begin(), seeds.end(), 1);
+    seeds.push_back(259);
+    for (const int seed : seeds) {
         sim::World world(sim::parse_scene(tub, "tub.toml", std::vector<std::string>{fmt::format("lattice.piece.seed={}", seed)}));
         for (int step = 0; step < 600; ++step) {
             const sim::StepReport report = world.step();
             divisions += report.divisions;
+            sweeps = std::max(sweeps, report.contact_iterations);
             gain = std::max(gain, report.energy_gain);
         }
     }
-    record({"100 heaps of 64 shapes of four kinds, 600 steps", "divisions of steps [-]", 1e-3, static_cast<double>(divisions),
+    record({"101 heaps of 64 shapes of four kinds, 600 steps", "divisions of steps [-]", 1e-3, static_cast<double>(divisions),
             40.0});
-    record({"100 heaps of 64 shapes of four kinds, 600 steps", "energy gained in a step [-]", 1e-3, gain,
+    record({"101 heaps of 64 shapes of four kinds, 600 steps", "sweeps of a step [-]", 1e-3, static_cast<double>(sweeps), 500.0});
+    record({"101 heaps of 64 shapes of four kinds, 600 steps", "energy gained in a step [-]", 1e-3, gain,
             sim::energy_gain_allowed});
     EXPECT_LE(divisions, 40);
+    EXPECT_LE(sweeps, 500);
     EXPECT_LE(gain, sim::energy_gain_allowed);
 }
 
