@@ -385,8 +385,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
 }
 
 /// Visits again, colour by colour, what the last sweep changed by more than `large` [m/s], while that takes no more visits than
-/// another sweep: of a row that is wedged nothing else changes after some twenty sweeps. Where sweeps stall, blocks may take
-/// turns, or the normal impulses and friction of one: every second time half of what a visit finds is taken.
+/// another sweep: of a row that is wedged nothing else changes after some twenty sweeps.
 void Blocks::visit_again(const BatchSweep& like, double large) {
     const auto is_done = [&](std::size_t i) { return std::ranges::max(batches[i].change.x) <= large; };
     again_.resize(batches.size());
@@ -413,7 +412,7 @@ void Blocks::visit_again(const BatchSweep& like, double large) {
 }
 
 double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance, double large) {
-    const bool is_due = sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
+    const bool is_due = !has_joints && sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
     const bool is_small = is_due && solve_stalled(velocity, skip);
     if (sweeps_ > plain_sweeps && !is_small) {

@@ -156,6 +156,7 @@ public:
     std::vector<const Contact*> contacts; ///< of the blocks; they stay where they are during the solve
     std::vector<BlockBatch> batches;
     std::vector<BatchPoint> points; ///< of the batches
+    bool has_joints = false;        ///< they act between the sweeps, and Newton's method, which knows none of them, does not
     Workers* workers = nullptr;     ///< share what is done block by block; null: this thread does all
 
     /// Room for so many blocks and contacts, which are to be written; no batches.

@@ -29,7 +29,7 @@ LANES_INLINE double along_step(const BatchExtrapolation& work, const BlockBatch&
 /// Repeats a share of what the last sweep did to the impulses of these lanes, and gives their bodies the difference.
 LANES_INLINE void extrapolate_lanes(const BatchExtrapolation& work, BlockBatch& batch, Window lanes) {
     const Real zero = real(0.0);
-    Mask pulls = nowhere(); // until the next visit: eq. 3 holds there, and none passes it over
+    Mask breaks = nowhere(); // eq. 3 or 4, until the next visit, and none passes it over
     Real3 force{zero, zero, zero};
     Real3 moment{zero, zero, zero};
     for (int k = batch.first; k < batch.first + batch.count; ++k) {
@@ -40,7 +40,8 @@ LANES_INLINE void extrapolate_lanes(const BatchExtrapolation& work, BlockBatch& 
         const Real3 now = impulse_of(point, lanes);
         const Real3 added = real(work.share) * (now - lanes.load3(before.swept));
         const Real3 next = now + added;
-        pulls |= next.z < 0.0;
+        const Real limit = lanes.load(batch.mu) * next.z;
+        breaks |= (next.z < 0.0) | (next.x * next.x + next.y * next.y > limit * limit);
         lanes.store3(before.swept, now);
         lanes.store3(before.begun, next);
         lanes.store(point.p_t[0], next.x);
@@ -49,7 +50,7 @@ LANES_INLINE void extrapolate_lanes(const BatchExtrapolation& work, BlockBatch& 
         force = force + added;
         moment = moment + Real3{added.z * y, -(added.z * x), x * added.y - y * added.x};
     }
-    lanes.store(batch.seen[2], select(pulls, real(no_point), lanes.load(batch.seen[2])));
+    lanes.store(batch.seen[2], select(breaks, real(no_point), lanes.load(batch.seen[2])));
     const Frame f = frame_of(batch, lanes);
     push_bodies(work.rows, work.velocity, batch, lanes, f.world(force), f.world(moment));
 }

@@ -183,14 +183,14 @@ int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings
     int count = 0;
     const double stalled = stall_share * settings.tolerance / settings.time_step.value();
     const double skip = skip_share * settings.velocity_tolerance;
+    const auto is_enough = [&](double x) { return x <= settings.velocity_tolerance || (loop_.stalls() && x <= stalled); };
     loop_.wake();
+    loop_.has_joints = !joints_.empty();
     double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
         change = loop_.sweep(velocity, skip, settings.velocity_tolerance);
-        const bool is_settled = change <= settings.velocity_tolerance || (loop_.stalls() && change <= stalled);
-        converged = is_settled &&
-                    (joints_.empty() || (count > 0 && missing <= settings.velocity_tolerance));
+        converged = is_enough(change) && (joints_.empty() || (count > 0 && is_enough(missing)));
     }
     joints_.solve(velocity);
     return count;

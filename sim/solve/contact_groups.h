@@ -23,12 +23,13 @@ struct ContactGroup {
     std::vector<int> pairs;           ///< ascending; then those that were added
     std::vector<std::size_t> bodies;  ///< that its contacts and joints move
     std::vector<std::size_t> changed; ///< of them, those that the uncertain share of the guess moves
-    bool has_joints = false;
     bool is_begun = false;     ///< its contacts are in blocks
     bool is_due = true;        ///< it is to be solved, or solved again
     bool is_swept = false;     ///< the interval's first sweep is not enough
     double enough = 0.0;       ///< [m/s] change that ends the sweeps; 0 until the first one of the interval
     ContactSolveReport report; ///< of its last solve
+
+    bool has_joints() const { return contacts.loop.has_joints; }
 };
 
 /// Those of a plan. Keep their arrays between steps.
@@ -36,7 +37,8 @@ class ContactGroups {
 public:
     ContactGroups() { groups_.emplace_back(block_bodies_); }
 
-    /// Groups of islands, in the order of their first pairs; all joints, which are one system of equations, in the first.
+    /// Groups of islands, in the order of their first pairs; all joints, which are one system of equations, in the first,
+    /// with what they hold.
     /// solved: bodies in contacts or joints, ascending.
     void form(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
               std::span<const std::size_t> solved, Workers* workers);

@@ -132,13 +132,15 @@ double ContactSolver::part_of(double tolerance) const {
     return std::min(std::max(rules_.step_share * tolerance, gap_rounding), tolerance);
 }
 
-/// Sweeps over joints and contacts (projected Gauss-Seidel) until nothing changes by more than this part [-] of what is enough.
-/// Returns their number.
+/// Sweeps over joints and contacts (projected Gauss-Seidel) until neither changes by more than this part [-] of what is enough; the
+/// joints are closed then. Returns their number.
 int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& converged) {
     Blocks& loop = group.contacts.loop;
     const double tolerance = iteration_tolerance_;
-    const double joint_tolerance = part_of(settings_.joint_tolerance) / rules_.h;
-    const bool with_joints = group.has_joints;
+    const bool with_joints = loop.has_joints;
+    const auto is_enough = [&](double change) {
+        return change <= part * group.enough || (loop.stalls() && change <= stall_share * settings_.tolerance / rules_.h);
+    };
     int count = 0;
     bool has_yielded = false;
     double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
@@ -153,12 +155,15 @@ int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& c
             group.enough = std::min(tolerance, std::max(solved_share * last, at_rest));
             group.is_swept = last > group.enough;
         }
-        converged = last <= part * group.enough || (loop.stalls() && last <= stall_share * settings_.tolerance / rules_.h);
+        converged = is_enough(last);
         // A row that is wedged between two walls cannot leave both: asked to, it would push harder in every sweep.
         if (loop.stalls() && !converged && !std::exchange(has_yielded, true)) {
             group.contacts.yield();
         }
-        converged = converged && (loop.empty() || !with_joints || (count > 0 && missing <= joint_tolerance));
+        converged = converged && (loop.empty() || !with_joints || (count > 0 && is_enough(missing)));
+    }
+    if (with_joints && !loop.empty()) {
+        joints_.solve(to_.velocity);
     }
     return count;
 }
@@ -184,7 +189,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
                                 ContactGroup& group) {
     RestingContacts& contacts = group.contacts;
     Workers* const workers = contacts.loop.workers;
-    const bool with_joints = group.has_joints;
+    const bool with_joints = group.has_joints();
     const bool is_guess = !std::exchange(group.is_begun, true);
     if (is_guess) {
         begin_group(bodies, pairs, group);
@@ -204,14 +209,19 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
         if (outer == 0 && is_guess) {
             give_uncertain(bodies, group);
         }
-        if (outer > 0 && report.residual <= left_share * gap_tolerance &&
-            report.joint_residual <= joint_tolerance) {
+        const bool are_closed = outer > 0 && report.residual <= left_share * gap_tolerance; // the contacts' gaps
+        if (are_closed && report.joint_residual <= joint_tolerance) {
             break;
         }
         const int left = settings_.iteration_limit - report.iterations;
         // Where bodies turn so far that another linear solve makes it worse, only a shorter interval helps.
         if (left <= 0 || outer == most_rounds || (outer > 1 && report.residual > std::max(residual_before, gap_tolerance))) {
             break;
+        }
+        if (are_closed) { // what the joints still miss is far less than gaps may be wrong, and sweeps would open them again
+            joints_.solve(to_.velocity);
+            to_.update(bodies, group.bodies, workers);
+            continue;
         }
         if (outer > 0 && report.residual > gap_tolerance) {
             part *= left_share; // what the linear solve before asked for has not been enough
@@ -237,7 +247,7 @@ void ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairC
         }
     }
     const auto has_any = [](const ContactGroup& group) { return !group.contacts.loop.empty(); };
-    groups_.for_each(workers_, has_any, [&](ContactGroup& group) { group.contacts.store(pairs, group.pairs, to_, at_node_); });
+    groups_.for_each(workers_, has_any, [&](ContactGroup& group) { group.contacts.store(pairs, group.pairs, joints, to_, at_node_); });
     joints_.store(joints, joint_weight_);
     joints_.add_before(joint_weight_, at_node_);
     for (Joint& joint : joints) {

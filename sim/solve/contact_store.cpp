@@ -91,9 +91,9 @@ double RestingContacts::force_share(const Block& block) const {
     return sum > 0.0 ? std::min(force / sum, 1.0) : 1.0;
 }
 
-/// Which bodies impacts hit, and which they reach through contacts that pass them on. An impact acts as a whole within the
+/// Which bodies impacts hit, and which they reach through joints, and contacts that pass them on. An impact acts as a whole within the
 /// interval, and so do the answers of the contacts that these bodies have: the instants before and after have no part of them.
-void RestingContacts::find_hit_bodies(std::span<char> is_reached) {
+void RestingContacts::find_hit_bodies(std::span<const Joint> joints, std::span<char> is_reached) {
     // Calls reach(body, is it reached?) for these bodies of the lanes.
     const auto for_each_in = [&](const int* body, unsigned lanes, auto&& reach) {
         for (; lanes != 0; lanes &= lanes - 1) {
@@ -102,6 +102,11 @@ void RestingContacts::find_hit_bodies(std::span<char> is_reached) {
         }
     };
     bool is_passed_on = false;
+    const auto pass_on = [&](char& a, char& b) {
+        is_passed_on = is_passed_on || a != b;
+        a = b = a | b;
+    };
+    const auto moves = [&](int body) { return loop.rows()[static_cast<std::size_t>(body)].x[0] > 0.0; };
     for (std::size_t i = 0; i < loop.batches.size(); ++i) {
         const BlockBatch& batch = loop.batches[i];
         const auto reach = [&](std::size_t, char& body) {
@@ -115,17 +120,20 @@ void RestingContacts::find_hit_bodies(std::span<char> is_reached) {
         for (std::size_t i = 0; i < loop.batches.size(); ++i) {
             const BlockBatch& batch = loop.batches[i];
             for_each_in(batch.a, rest_blocks[i].grows & batch.moves_a & batch.moves_b, [&](std::size_t lane, char& a) {
-                char& b = is_reached[static_cast<std::size_t>(batch.b[lane])];
-                is_passed_on = is_passed_on || a != b;
-                a = b = a | b;
+                pass_on(a, is_reached[static_cast<std::size_t>(batch.b[lane])]);
             });
+        }
+        for (std::size_t i = 0; loop.has_joints && i < joints.size(); ++i) {
+            if (moves(joints[i].a) && moves(joints[i].b)) {
+                pass_on(is_reached[static_cast<std::size_t>(joints[i].a)], is_reached[static_cast<std::size_t>(joints[i].b)]);
+            }
         }
     }
 }
 
-void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to,
-                            std::span<Velocity> at_node) {
-    find_hit_bodies(to.is_reached);
+void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<const int> own, std::span<const Joint> joints,
+                            Prediction& to, std::span<Velocity> at_node) {
+    find_hit_bodies(joints, to.is_reached);
     loop.share_colours([&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             RestWork work = work_of(RestPhase::store, i, i + 1, to.velocity);

@@ -3,6 +3,7 @@
 /// again. gap_measure.h measures them at the predicted poses; contact_store.cpp has what they hand to the next interval.
 #include "sim/model/scene_def.h"
 #include "sim/solve/contact_memory.h"
+#include "sim/solve/joint_model.h"
 #include "sim/solve/prediction.h"
 #include "sim/solve/rest_batch.h"
 
@@ -49,7 +50,8 @@ public:
 
     /// Stores impulses and marks in the memory of pairs, those in `own`, and gives the bodies at t0 what acts before it of the
     /// impulses.
-    void store(const std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to, std::span<Velocity> at_node);
+    void store(const std::vector<PairContacts>& pairs, std::span<const int> own, std::span<const Joint> joints, Prediction& to,
+               std::span<Velocity> at_node);
 
     /// Once they are stored: what kinematic bodies do by the impulses. velocity: kinematic_velocity().
     DriveWork work_by(std::span<const Velocity> velocity) const;
@@ -71,7 +73,7 @@ private:
     void set_mark(Block& block, bool sticks);
     bool update_mark(const Bodies& bodies, const PairContacts& pair, Block& block, std::span<const Velocity> velocity);
     double force_share(const Block& block) const;
-    void find_hit_bodies(std::span<char> is_reached);
+    void find_hit_bodies(std::span<const Joint> joints, std::span<char> is_reached);
     void forget_left_out(const std::vector<PairContacts>& pairs, std::span<const int> own) const;
 
     StepSettings settings_;
