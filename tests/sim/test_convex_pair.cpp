@@ -202,6 +202,19 @@ TEST(convex_pair, random_poses_agree_with_brute_force) {
     }
 }
 
+/// Where the normals of the faces at an edge are far from each other, a rim faces away from one of them.
+TEST(convex_pair, sharp_edges_on_rims_agree_with_brute_force) {
+    Numbers numbers(5);
+    for (int i = 0; i < 200; ++i) {
+        const Shape hull = random_hull(static_cast<std::uint64_t>(i), 4);
+        const Pose pose_b = numbers.pose(1.0);
+        Pose pose_a = numbers.pose(0.6);
+        pose_a.position += pose_b.position;
+        pose_a = at_gap(Cylinder{0.2, 0.15}, pose_a, hull, pose_b, gaps[static_cast<std::size_t>(i) % gaps.size()]);
+        check_pair(Cylinder{0.2, 0.15}, pose_a, hull, pose_b, "cylinder tetrahedron " + std::to_string(i));
+    }
+}
+
 TEST(convex_pair, aligned_poses_agree_with_brute_force) {
     // Turns by multiples of 45 degrees about the axes, exactly and off by little; offsets that put faces, edges and
     // corners opposite each other.
