@@ -38,8 +38,7 @@ public:
     ContactGroups() { groups_.emplace_back(block_bodies_); }
 
     /// Groups of islands, in the order of their first pairs; all joints, which are one system of equations, in the first,
-    /// with what they hold.
-    /// solved: bodies in contacts or joints, ascending.
+    /// with what they hold and nothing else. solved: bodies in contacts or joints, ascending.
     void form(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
               std::span<const std::size_t> solved, Workers* workers);
 

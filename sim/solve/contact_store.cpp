@@ -91,8 +91,9 @@ double RestingContacts::force_share(const Block& block) const {
     return sum > 0.0 ? std::min(force / sum, 1.0) : 1.0;
 }
 
-/// Which bodies impacts hit, and which they reach through joints, and contacts that pass them on. An impact acts as a whole within the
-/// interval, and so do the answers of the contacts that these bodies have: the instants before and after have no part of them.
+/// Which bodies impacts hit, and which they reach through joints, and through contacts that pass them on. An impact acts as a whole
+/// within the interval, and so do the answers of the contacts that these bodies have: the instants before and after have no part of
+/// them.
 void RestingContacts::find_hit_bodies(std::span<const Joint> joints, std::span<char> is_reached) {
     // Calls reach(body, is it reached?) for these bodies of the lanes.
     const auto for_each_in = [&](const int* body, unsigned lanes, auto&& reach) {

@@ -1,4 +1,5 @@
-/// Joints: the double pendulum's energy, a chain of 50 links, a loop with more hinges than it needs.
+/// Joints: the double pendulum's energy, a chain of 50 links, a loop with more hinges than it needs; among contacts, a car that
+/// carries a tower, chains in a tub.
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>
