@@ -185,7 +185,6 @@ int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings
     const double skip = skip_share * settings.velocity_tolerance;
     const auto is_enough = [&](double x) { return x <= settings.velocity_tolerance || (loop_.stalls() && x <= stalled); };
     loop_.wake();
-    loop_.has_joints = !joints_.empty();
     double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
         const double missing = joints_.solve(velocity);
@@ -354,6 +353,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         if (report.passes == 0) {
             joints_.prepare(bodies, joints);
             joints_.target_rest();
+            loop_.has_joints = !joints_.empty();
             kinematic_ = bodies.kinematic.empty() ? std::vector<Velocity>{} : kinematic_velocity(bodies);
             joint_work_ = 0.0;
             for (const Joint& joint : joints) {

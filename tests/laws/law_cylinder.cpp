@@ -9,18 +9,6 @@ using namespace laws;
 
 constexpr double disk_radius = 0.1; // [m]
 
-int add_cylinder(sim::SceneDef& scene, const sim::Cylinder& cylinder, const sim::Pose& pose,
-                 const sim::MaterialDef& surface) {
-    sim::BodyDef body;
-    body.name = "cylinder";
-    body.shape = cylinder;
-    body.mass = sim::mass_properties(body.shape, 1000.0);
-    body.pose = pose;
-    body.material = surface;
-    scene.bodies.push_back(body);
-    return static_cast<int>(scene.bodies.size()) - 1;
-}
-
 /// On its side on a floor tilted by `angle` about y, its axis along y; velocity down the slope, rolling.
 sim::SceneDef side_scene(Rational h, double mu, double v0, double angle) {
     sim::SceneDef scene = law_scene(h);

@@ -116,9 +116,9 @@ TEST(law_heap, of_24_cylinders_gains_no_energy_where_impacts_cut_steps_short) {
     judge_heap("24 cylinders", heap_scene(24, {Kind::cylinder}, sim::ImpactHandling::stop), 0.62);
 }
 
-// 8 divisions; where the touch of edges that has wandered too far may come back within a solve: 62, for gaps then jump between two
+// 12 divisions; where the touch of edges that has wandered too far may come back within a solve: 62, for gaps then jump between two
 // values of which none meets its target; more, too, where repair does not keep features together that take turns, each letting the
-// other overlap. Where a force is told point by point, not block by block, one heap gains 6e-3 of its energy. At most 207 sweeps;
+// other overlap. Where a force is told point by point, not block by block, one heap gains 6e-3 of its energy. At most 176 sweeps;
 // where no sweep takes half, two points 2 mm apart take turns in the last of these heaps, for all that a step has.
 TEST(law_heap, steps_of_mixed_shapes_are_seldom_divided_soon_done_and_gain_nothing) {
     int divisions = 0;

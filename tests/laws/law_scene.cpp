@@ -77,6 +77,16 @@ int add_sphere(sim::SceneDef& scene, double radius, const Vec3& position, const 
     return add_body(scene, body);
 }
 
+int add_cylinder(sim::SceneDef& scene, const sim::Cylinder& cylinder, const sim::Pose& pose,
+                 const sim::MaterialDef& surface) {
+    sim::BodyDef body;
+    body.shape = cylinder;
+    body.mass = sim::mass_properties(body.shape, 1000.0);
+    body.pose = pose;
+    body.material = surface;
+    return add_body(scene, body);
+}
+
 int add_frame(sim::SceneDef& scene) {
     sim::BodyDef body;
     body.name = "frame";
