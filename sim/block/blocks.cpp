@@ -411,12 +411,16 @@ void Blocks::visit_again(const BatchSweep& like, double large) {
     }
 }
 
-double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance, double large) {
-    const bool is_due = !has_joints && sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
+double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance, double large,
+                     const std::function<void()>& close_joints) {
+    const bool is_due = !close_joints && sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
     const bool is_small = is_due && solve_stalled(velocity, skip);
     if (sweeps_ > plain_sweeps && !is_small) {
         extrapolate(velocity);
+    }
+    if (close_joints) {
+        close_joints();
     }
     const BatchSweep like{.points = points.data(),
                           .rows = bodies_->rows.data(),

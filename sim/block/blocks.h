@@ -19,6 +19,7 @@
 
 #include <Eigen/Core>
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -156,7 +157,6 @@ public:
     std::vector<const Contact*> contacts; ///< of the blocks; they stay where they are during the solve
     std::vector<BlockBatch> batches;
     std::vector<BatchPoint> points; ///< of the batches
-    bool has_joints = false;        ///< they act between the sweeps, and Newton's method, which knows none of them, does not
     Workers* workers = nullptr;     ///< share what is done block by block; null: this thread does all
 
     /// Room for so many blocks and contacts, which are to be written; no batches.
@@ -240,9 +240,10 @@ public:
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch at whose points
     /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. tolerance: see BatchSweep. After
     /// some sweeps the impulses are extrapolated, and what changed by more than `large` [m/s] is visited again; where they stall,
-    /// every second sweep takes half of what its visits find.
+    /// every second sweep takes half of what its visits find. close_joints: of bodies in blocks, before the
+    /// visits; with them Newton's method, which knows none of them, is not used.
     double sweep(std::span<Velocity> velocity, double skip, double tolerance,
-                 double large = std::numeric_limits<double>::infinity());
+                 double large = std::numeric_limits<double>::infinity(), const std::function<void()>& close_joints = {});
 
     /// Have the last sweeps brought nothing any more? Rigid bodies held by more contacts than they need may ask for what no
     /// impulses give, and then sweeps go on for ever at some small change.

@@ -185,10 +185,15 @@ int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings
     const double skip = skip_share * settings.velocity_tolerance;
     const auto is_enough = [&](double x) { return x <= settings.velocity_tolerance || (loop_.stalls() && x <= stalled); };
     loop_.wake();
-    double change = std::numeric_limits<double>::infinity(); // [m/s] by the last sweep
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    double change = infinity; // [m/s] by the last sweep
+    double missing = 0.0;     // [m/s] of the joints, before its visits
+    std::function<void()> close_joints;
+    if (!joints_.empty()) {
+        close_joints = [&] { missing = joints_.solve(velocity); };
+    }
     for (converged = false; count < settings.iteration_limit && !converged; ++count) {
-        const double missing = joints_.solve(velocity);
-        change = loop_.sweep(velocity, skip, settings.velocity_tolerance);
+        change = loop_.sweep(velocity, skip, settings.velocity_tolerance, infinity, close_joints);
         converged = is_enough(change) && (joints_.empty() || (count > 0 && is_enough(missing)));
     }
     joints_.solve(velocity);
@@ -353,7 +358,6 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         if (report.passes == 0) {
             joints_.prepare(bodies, joints);
             joints_.target_rest();
-            loop_.has_joints = !joints_.empty();
             kinematic_ = bodies.kinematic.empty() ? std::vector<Velocity>{} : kinematic_velocity(bodies);
             joint_work_ = 0.0;
             for (const Joint& joint : joints) {

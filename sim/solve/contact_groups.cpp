@@ -30,7 +30,7 @@ void unite(std::vector<int>& nearer, int a, int b) {
 } // namespace
 
 bool ContactGroups::is_large(const ContactGroup& group) {
-    return group.has_joints() || group.pairs.size() >= 2 * group_size;
+    return group.has_joints || group.pairs.size() >= 2 * group_size;
 }
 
 void ContactGroups::begin_group(std::size_t index) {
@@ -40,7 +40,7 @@ void ContactGroups::begin_group(std::size_t index) {
     ContactGroup& group = groups_[index];
     group.pairs.clear();
     group.bodies.clear();
-    group.contacts.loop.has_joints = false;
+    group.has_joints = false;
     group.is_begun = false;
     group.is_due = true;
 }
@@ -89,7 +89,7 @@ void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& 
     }
     group_of_.assign(bodies.props.size(), -1); // of islands by their first bodies, then of all
     begin_group(0);
-    groups_.front().contacts.loop.has_joints = !joints.empty();
+    groups_.front().has_joints = !joints.empty();
     std::size_t used = 1;
     std::size_t filled = 0; // pairs of the islands in the last group
     const auto add_island = [&](std::size_t first) {
@@ -182,7 +182,7 @@ void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& 
     if (from == into) {
         return;
     }
-    const auto rank = [&](std::size_t i) { return std::pair(groups_[i].has_joints(), groups_[i].pairs.size()); };
+    const auto rank = [&](std::size_t i) { return std::pair(groups_[i].has_joints, groups_[i].pairs.size()); };
     if (rank(from) > rank(into)) {
         std::swap(from, into);
     }

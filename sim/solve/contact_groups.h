@@ -23,13 +23,12 @@ struct ContactGroup {
     std::vector<int> pairs;           ///< ascending; then those that were added
     std::vector<std::size_t> bodies;  ///< that its contacts and joints move
     std::vector<std::size_t> changed; ///< of them, those that the uncertain share of the guess moves
+    bool has_joints = false;   ///< all joints are in one group
     bool is_begun = false;     ///< its contacts are in blocks
     bool is_due = true;        ///< it is to be solved, or solved again
     bool is_swept = false;     ///< the interval's first sweep is not enough
     double enough = 0.0;       ///< [m/s] change that ends the sweeps; 0 until the first one of the interval
     ContactSolveReport report; ///< of its last solve
-
-    bool has_joints() const { return contacts.loop.has_joints; }
 };
 
 /// Those of a plan. Keep their arrays between steps.

@@ -137,18 +137,21 @@ double ContactSolver::part_of(double tolerance) const {
 int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& converged) {
     Blocks& loop = group.contacts.loop;
     const double tolerance = iteration_tolerance_;
-    const bool with_joints = loop.has_joints;
     const auto is_enough = [&](double change) {
         return change <= part * group.enough || (loop.stalls() && change <= stall_share * settings_.tolerance / rules_.h);
     };
     int count = 0;
     bool has_yielded = false;
     double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
+    double missing = 0.0; // [m/s] of the joints, before the last sweep's visits
+    std::function<void()> close_joints;
+    if (group.has_joints) {
+        close_joints = [&] { missing = joints_.solve(to_.velocity); };
+    }
     loop.wake();
     for (converged = false; count < budget && !converged; ++count) {
-        const double missing = with_joints ? joints_.solve(to_.velocity) : 0.0;
         const double skip = skip_share * std::min(tolerance, last);
-        last = loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h);
+        last = loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h, close_joints);
         if (group.enough == 0.0) {
             const bool was_swept = std::ranges::any_of(group.bodies, [&](std::size_t i) { return was_swept_[i] != 0; });
             const double at_rest = (was_swept ? resettled_share : 1.0) * std::min(tolerance, settled_change);
@@ -160,9 +163,9 @@ int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& c
         if (loop.stalls() && !converged && !std::exchange(has_yielded, true)) {
             group.contacts.yield();
         }
-        converged = converged && (loop.empty() || !with_joints || (count > 0 && is_enough(missing)));
+        converged = converged && (loop.empty() || !group.has_joints || (count > 0 && is_enough(missing)));
     }
-    if (with_joints && !loop.empty()) {
+    if (group.has_joints && !loop.empty()) {
         joints_.solve(to_.velocity);
     }
     return count;
@@ -189,7 +192,6 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
                                 ContactGroup& group) {
     RestingContacts& contacts = group.contacts;
     Workers* const workers = contacts.loop.workers;
-    const bool with_joints = group.has_joints();
     const bool is_guess = !std::exchange(group.is_begun, true);
     if (is_guess) {
         begin_group(bodies, pairs, group);
@@ -201,11 +203,11 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     double part = 1.0; // see iterate()
-    for (int outer = 0; !contacts.loop.empty() || with_joints; ++outer) {
+    for (int outer = 0; !contacts.loop.empty() || group.has_joints; ++outer) {
         const double residual_before = report.residual;
         report.residual = gaps.measure(outer == 0 && is_guess);
         report.joint_residual =
-            with_joints ? joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share) : 0.0;
+            group.has_joints ? joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share) : 0.0;
         if (outer == 0 && is_guess) {
             give_uncertain(bodies, group);
         }
@@ -247,7 +249,10 @@ void ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairC
         }
     }
     const auto has_any = [](const ContactGroup& group) { return !group.contacts.loop.empty(); };
-    groups_.for_each(workers_, has_any, [&](ContactGroup& group) { group.contacts.store(pairs, group.pairs, joints, to_, at_node_); });
+    groups_.for_each(workers_, has_any, [&](ContactGroup& group) {
+        const std::span<const Joint> of_group = group.has_joints ? joints : std::span<Joint>{};
+        group.contacts.store(pairs, group.pairs, of_group, to_, at_node_);
+    });
     joints_.store(joints, joint_weight_);
     joints_.add_before(joint_weight_, at_node_);
     for (Joint& joint : joints) {

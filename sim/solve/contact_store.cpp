@@ -124,9 +124,9 @@ void RestingContacts::find_hit_bodies(std::span<const Joint> joints, std::span<c
                 pass_on(a, is_reached[static_cast<std::size_t>(batch.b[lane])]);
             });
         }
-        for (std::size_t i = 0; loop.has_joints && i < joints.size(); ++i) {
-            if (moves(joints[i].a) && moves(joints[i].b)) {
-                pass_on(is_reached[static_cast<std::size_t>(joints[i].a)], is_reached[static_cast<std::size_t>(joints[i].b)]);
+        for (const Joint& joint : joints) {
+            if (moves(joint.a) && moves(joint.b)) {
+                pass_on(is_reached[static_cast<std::size_t>(joint.a)], is_reached[static_cast<std::size_t>(joint.b)]);
             }
         }
     }

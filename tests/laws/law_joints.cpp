@@ -175,6 +175,7 @@ TEST(law_joints, an_over_constrained_loop_neither_drifts_nor_explodes) {
 struct LoadedRun {
     int unconverged = 0;
     double sweeps = 0.0;    ///< [-] of a step, mean
+    int most_sweeps = 0;    ///< [-] of one
     double energy = 0.0;    ///< [-] gained in a step; see StepReport
     double gap = 0.0;       ///< [m] of a joint
     double beyond = 0.0;    ///< [N s] of friction, beyond its limit
@@ -189,6 +190,7 @@ LoadedRun run_loaded(sim::SceneDef scene, double mu, double duration) {
     run(world, scene, duration, [&](const sim::Snapshot& s, const sim::StepReport& report) {
         found.unconverged += report.at_iteration_limit ? 1 : 0;
         found.sweeps += share * report.contact_iterations;
+        found.most_sweeps = std::max(found.most_sweeps, report.contact_iterations);
         found.energy = std::max(found.energy, report.energy_gain);
         found.gap = std::max(found.gap, largest_joint_gap(scene, s));
         for (const sim::ContactSnapshot& contact : world.take_snapshot(sim::ContactDetail::all).contacts) {
@@ -206,34 +208,40 @@ LoadedRun run_loaded(sim::SceneDef scene, double mu, double duration) {
 
 void judge_loaded(const std::string& name, const LoadedRun& found, double sweeps) {
     record({name, "sweeps of a step, mean", 1e-3, found.sweeps, sweeps});
+    record({name, "sweeps of a step, most", 1e-3, static_cast<double>(found.most_sweeps), 400});
     record({name, "energy gained in a step, relative", 1e-3, found.energy, sim::energy_gain_allowed});
     record({name, "joint gap [m]", 1e-3, found.gap, 2e-10});
     EXPECT_EQ(found.unconverged, 0) << name;
     EXPECT_LE(found.sweeps, sweeps) << name;
+    EXPECT_LE(found.most_sweeps, 400) << name;
     EXPECT_LE(found.energy, sim::energy_gain_allowed) << name;
     EXPECT_LE(found.gap, 2e-10) << name;
-    EXPECT_LE(found.beyond, 1e-4) << name; // 1 kg presses with 1e-2 N s
+    EXPECT_LE(found.beyond, 1e-3) << name; // as sweeps that stall may leave: 1e-3 m/s of some kg; 1 kg presses with 1e-2 N s
 }
 
 // Where sweeps go on until the joints, too, miss nothing, they go on to the limit, for contacts and joints may ask for what no
 // impulses give: 3000 sweeps a step, steps that come to no end, and the tower thrown. Where Newton's method solves the
-// contacts without the joints, it throws loads that these take up, and 4e-2 of the energy is gained.
+// contacts without the joints, it throws loads that these take up, and 4e-2 of the energy is gained. Where joints are closed before
+// impulses are extrapolated, and visits see them opened by that, steps take 2000 sweeps with wheels of a hundredth of the density.
 TEST(law_joints, a_car_carries_a_tower) {
-    sim::SceneDef scene = law_scene(microseconds(1000));
-    const sim::MaterialDef surface = material(0.0, 0.5);
-    add_plane(scene, Quat::Identity(), surface);
-    const int chassis = add_box(scene, {0.5, 0.25, 0.05}, {Vec3(0, 0, 0.3), Quat::Identity()}, surface);
-    for (const Vec3& place : {Vec3(-0.4, -0.3, 0.2), Vec3(0.4, -0.3, 0.2), Vec3(-0.4, 0.3, 0.2), Vec3(0.4, 0.3, 0.2)}) {
-        const Quat turn = sim::rotation_between(Vec3::UnitZ(), Vec3::UnitY());
-        add_joint(scene, sim::JointKind::hinge, {add_cylinder(scene, {0.2, 0.04}, {place, turn}, surface), chassis}, place);
+    for (const double density : {1000.0, 10.0}) { // [kg/m^3] of the wheels; of all else 1000
+        sim::SceneDef scene = law_scene(microseconds(1000));
+        const sim::MaterialDef surface = material(0.0, 0.5);
+        add_plane(scene, Quat::Identity(), surface);
+        const int chassis = add_box(scene, {0.5, 0.25, 0.05}, {Vec3(0, 0, 0.3), Quat::Identity()}, surface);
+        for (const Vec3& place : {Vec3(-0.4, -0.3, 0.2), Vec3(0.4, -0.3, 0.2), Vec3(-0.4, 0.3, 0.2), Vec3(0.4, 0.3, 0.2)}) {
+            const Quat turn = sim::rotation_between(Vec3::UnitZ(), Vec3::UnitY());
+            const int wheel = add_cylinder(scene, {0.2, 0.04}, {place, turn}, surface, density);
+            add_joint(scene, sim::JointKind::hinge, {wheel, chassis}, place);
+        }
+        for (int i = 0; i < 15; ++i) {
+            const Vec3 place(0.003 * ((7 * i) % 5 - 2), 0.003 * ((3 * i) % 5 - 2), 0.451 + 0.2 * i);
+            add_box(scene, Vec3::Constant(0.1), {place, Quat::Identity()}, surface);
+        }
+        const LoadedRun found = run_loaded(scene, 0.5, 1.0);
+        judge_loaded(fmt::format("15 boxes on a car with wheels of {} kg/m^3", density), found, 60.0);
+        EXPECT_LT(found.speed, 1e-3);
     }
-    for (int i = 0; i < 15; ++i) {
-        const Vec3 place(0.003 * ((7 * i) % 5 - 2), 0.003 * ((3 * i) % 5 - 2), 0.451 + 0.2 * i);
-        add_box(scene, Vec3::Constant(0.1), {place, Quat::Identity()}, surface);
-    }
-    const LoadedRun found = run_loaded(scene, 0.5, 1.0);
-    judge_loaded("15 boxes on a car with four wheels", found, 60.0);
-    EXPECT_LT(found.speed, 1e-3);
 }
 
 // Where an impact is not passed on by joints, the energy of three in ten chains grows by 1e-3 to 1e-2. Where extrapolated friction
@@ -263,7 +271,7 @@ TEST(law_joints, chains_of_boxes_fall_into_a_tub) {
             }
             before = place;
         }
-        judge_loaded(fmt::format("chain of eight boxes in a tub, seed {}", seed), run_loaded(scene, mu, 1.2), 80.0);
+        judge_loaded(fmt::format("chain of eight boxes in a tub, seed {}", seed), run_loaded(scene, mu, 1.2), 60.0);
     }
 }
 

@@ -78,10 +78,10 @@ int add_sphere(sim::SceneDef& scene, double radius, const Vec3& position, const 
 }
 
 int add_cylinder(sim::SceneDef& scene, const sim::Cylinder& cylinder, const sim::Pose& pose,
-                 const sim::MaterialDef& surface) {
+                 const sim::MaterialDef& surface, double density) {
     sim::BodyDef body;
     body.shape = cylinder;
-    body.mass = sim::mass_properties(body.shape, 1000.0);
+    body.mass = sim::mass_properties(body.shape, density);
     body.pose = pose;
     body.material = surface;
     return add_body(scene, body);

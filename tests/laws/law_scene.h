@@ -43,7 +43,7 @@ int add_box(sim::SceneDef& scene, const Vec3& half_extents, const sim::Pose& pos
 int add_sphere(sim::SceneDef& scene, double radius, const Vec3& position,
                const sim::MaterialDef& surface = {}, double density = 1000.0);
 int add_cylinder(sim::SceneDef& scene, const sim::Cylinder& cylinder, const sim::Pose& pose,
-                 const sim::MaterialDef& surface = {});
+                 const sim::MaterialDef& surface = {}, double density = 1000.0);
 /// A static body far from everything, to hang joints from.
 int add_frame(sim::SceneDef& scene);
 
