@@ -1,0 +1,210 @@
+/// Random scenes as a film-maker might write them, at nearly default settings: 8 to 40 bodies of all shapes, of sizes to 1 : 10,
+/// aspects to 30 and densities to 1 : 100, chains of joints, in tubs with upright and leaning walls, from 1/2000 to 1/240 s a
+/// step.
+#include "sim/base/random.h"
+#include "sim/scene/file.h"
+#include "tests/laws/law_scene.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+namespace {
+
+using namespace laws;
+
+/// Each draw is a statement of its own: compilers differ in the order of arguments.
+class Generator {
+public:
+    explicit Generator(int seed) : random_(static_cast<std::uint64_t>(seed)) {}
+
+    std::string scene() {
+        size_ = spread(0.03, 1.0);
+        aspect_ = is(0.5) ? 2.0 : spread(2.0, 30.0);
+        friction_ = is(0.1) ? 0.0 : spread(0.05, 1.2);
+        restitution_ = is(0.5) ? 0.0 : between(random_, 0.0, 0.8);
+        has_many_materials_ = is(0.3);
+        const char* const steps[] = {"1/2000", "1/1000", "1/1000", "1/500", "1/240"};
+        std::string text = fmt::format("[simulation]\ntime_step = \"{}\"\n", steps[below(5)]);
+        text += fmt::format("impacts = \"{}\"\n", is(0.15) ? "stop" : "ahead");
+        text += is(0.4) ? "velocity_tolerance = 0.02\n" : "";
+        text += is(0.2) ? "tolerance = 1e-3\n" : "";
+        cell_ = 2.6 * size_ * std::sqrt(aspect_);
+        text += tub();
+        text += bodies();
+        return text;
+    }
+
+private:
+    bool is(double probability) { return random_.uniform() < probability; }
+    int below(int end) { return std::min(static_cast<int>(random_.uniform() * end), end - 1); }
+    /// Evenly on a logarithmic scale.
+    double spread(double low, double high) { return low * std::pow(high / low, random_.uniform()); }
+    double within(double length) { return between(random_, -length, length); }
+    std::string vector(double length) {
+        const double x = within(length), y = within(length), z = within(length);
+        return fmt::format("[{}, {}, {}]", x, y, z);
+    }
+    std::string surface() {
+        const double friction = has_many_materials_ ? random_.uniform() : friction_;
+        const double restitution = has_many_materials_ ? between(random_, 0.0, 0.6) : restitution_;
+        return fmt::format("friction = {}\nrestitution = {}\n", friction, restitution);
+    }
+
+    /// kinds: the first so many of all. place: more keys.
+    std::string shape(double size, int kinds, const std::string& place = "") {
+        const auto length = [&] { return size * spread(1.0 / std::sqrt(aspect_), std::sqrt(aspect_)); };
+        const double x = length(), y = length(), z = length();
+        switch (below(kinds)) {
+        case 0:
+            return fmt::format("{{ kind = \"box\", size = [{}, {}, {}]{} }}", x, y, z, place);
+        case 1:
+            return fmt::format("{{ kind = \"sphere\", radius = {}{} }}", 0.5 * x, place);
+        case 2:
+            return fmt::format("{{ kind = \"cylinder\", radius = {}, length = {}{} }}", 0.5 * x, y, place);
+        case 3:
+            return fmt::format("{{ kind = \"capsule\", radius = {}, length = {}{} }}", 0.3 * x, 0.7 * y, place);
+        case 4: {
+            const int corners = 4 + below(30), seed = below(1000);
+            return fmt::format("{{ kind = \"rock\", size = [{}, {}, {}], corners = {}, seed = {} }}", x, y, z, corners, seed);
+        }
+        case 5: {
+            std::string points;
+            for (int i = 4 + below(8); i > 0; --i) {
+                points += vector(0.5 * size) + ", ";
+            }
+            return fmt::format("{{ kind = \"hull\", points = [{}] }}", points);
+        }
+        default: {
+            const std::string one = shape(0.5 * size, 4, fmt::format(", position = [{}, 0, 0]", 0.3 * size));
+            const std::string other = shape(0.5 * size, 4, fmt::format(", position = [0, {}, 0]", within(0.3 * size)));
+            return fmt::format("{{ kind = \"compound\", parts = [{}, {}] }}", one, other);
+        }
+        }
+    }
+
+    std::string tub() {
+        std::string text = "[[body]]\nname = \"floor\"\nshape = { kind = \"plane\" }\nstatic = true\n";
+        text += surface();
+        if (is(0.2)) {
+            text += fmt::format("euler_degrees = [{}, 0, 0]\n", between(random_, 0.0, 15.0));
+        }
+        const int kind = below(4); // none, upright ones twice, leaning ones
+        if (kind == 0) {
+            return text;
+        }
+        const double lean = kind == 3 ? between(random_, 0.0, 25.0) : 0.0;
+        const double height = 20.0 * cell_, thickness = 2.0 * cell_, half = (1.2 + (is(0.5) ? random_.uniform() : 0.0)) * cell_;
+        const double out = half + 0.5 * thickness * std::cos(lean * pi / 180) + 0.5 * height * std::sin(lean * pi / 180);
+        for (int i = 0; i < 4; ++i) {
+            const double sign = i % 2 == 0 ? 1.0 : -1.0;
+            text += fmt::format("[[body]]\nname = \"wall{}\"\nstatic = true\n", i);
+            text += surface();
+            const char* const form = i < 2 ? "size = [{0}, {1}, {1}] }}\nposition = [{2}, 0, {3}]\neuler_degrees = [0, {4}, 0]\n"
+                                           : "size = [{1}, {0}, {1}] }}\nposition = [0, {2}, {3}]\neuler_degrees = [{5}, 0, 0]\n";
+            text += "shape = { kind = \"box\", ";
+            text += fmt::format(fmt::runtime(form), thickness, height, sign * out, 0.4 * height, sign * lean, -sign * lean);
+        }
+        return text;
+    }
+
+    std::string bodies() {
+        const double smallest = 1.0 / (is(0.7) ? 1.5 : spread(1.5, 10.0));
+        const double lightest = 1000.0 / (is(0.6) ? 1.0 : spread(1.0, 100.0));
+        const double speed = is(0.7) ? 0.0 : between(random_, 0.0, 5.0), spin = is(0.7) ? 0.0 : between(random_, 0.0, 20.0);
+        const int count = 8 + below(33), joints = is(0.3) ? 1 + below(count / 2) : 0;
+        const double lowest = (1.2 + (is(0.3) ? 3.0 * random_.uniform() : 0.0)) * cell_;
+        std::string text;
+        Vec3 before = Vec3::Zero();
+        for (int i = 0; i < count; ++i) {
+            const Vec3 place((i % 2 - 0.5) * cell_, (i / 2 % 2 - 0.5) * cell_, lowest + i / 4 * cell_);
+            const double size = size_ * spread(smallest, 1.0);
+            text += fmt::format("[[body]]\nname = \"b{}\"\nshape = {}\n", i, shape(size, 7));
+            text += surface();
+            text += fmt::format("position = [{}, {}, {}]\n", place.x(), place.y(), place.z());
+            text += fmt::format("density = {}\n", spread(lightest, 1000.0));
+            const double x = random_.uniform(), y = random_.uniform(), turn = between(random_, 0.0, 180.0);
+            text += fmt::format("axis_angle_degrees = [{}, {}, 1, {}]\n", x, y, turn);
+            text += "velocity = " + vector(speed) + "\n";
+            text += "angular_velocity = " + vector(spin) + "\n";
+            if (i > 0 && i <= joints) {
+                const Vec3 anchor = 0.5 * (before + place);
+                text += fmt::format("[[joint]]\nname = \"j{0}\"\nbodies = [\"b{1}\", \"b{0}\"]\nanchor = [{2}, {3}, {4}]\n{5}\n",
+                                    i, i - 1, anchor.x(), anchor.y(), anchor.z(),
+                                    is(0.5) ? "kind = \"ball\"" : "kind = \"hinge\"\naxis = [0, 1, 0]");
+            }
+            before = place;
+        }
+        return text;
+    }
+
+    sim::Random random_;
+    double size_ = 0.0, aspect_ = 0.0, cell_ = 0.0, friction_ = 0.0, restitution_ = 0.0;
+    bool has_many_materials_ = false;
+};
+
+/// Of all scenes together.
+struct Found {
+    int unconverged = 0;  ///< those with a step that did not converge
+    int gaining = 0;      ///< those that gained energy beyond what is allowed
+    double gain = 0.0;    ///< [-] the most of a step
+    double overlap = 0.0; ///< [-] of the tolerance, in steps that converged
+    double sweeps = 0.0;  ///< [-] a step, mean
+};
+
+Found run_scenes(int count) {
+    Found found;
+    std::int64_t steps = 0, sweeps = 0;
+    for (int seed = 1; seed <= count; ++seed) {
+        const sim::SceneDef scene = sim::parse_scene(Generator(seed).scene(), "random.toml");
+        sim::World world(scene);
+        bool converged = true;
+        double gain = 0.0;
+        while (world.time() < 1.5) {
+            const sim::StepReport report = world.step();
+            converged = converged && !report.at_iteration_limit;
+            gain = std::max(gain, report.energy_gain);
+            found.overlap =
+                std::max(found.overlap, report.at_iteration_limit ? 0.0 : report.max_penetration / scene.step.tolerance);
+            sweeps += report.contact_iterations;
+            ++steps;
+        }
+        const bool gains = gain > sim::energy_gain_allowed;
+        found.unconverged += converged ? 0 : 1;
+        found.gaining += gains ? 1 : 0;
+        found.gain = std::max(found.gain, gain);
+        if (!converged || gains) {
+            fmt::print("random scene {}: {}, energy gained {:.1e}\n", seed, converged ? "converged" : "a step did not converge",
+                       gain);
+        }
+    }
+    found.sweeps = static_cast<double>(sweeps) / static_cast<double>(steps);
+    return found;
+}
+
+/// unconverged, gaining: at most so many scenes. What gains most is a sliver that is wedged, and let go; others spin by a fifth
+/// of a radian in a step.
+void judge(int count, int unconverged, int gaining) {
+    const Found found = run_scenes(count);
+    const auto hold = [&](const std::string& quantity, double value, double most) {
+        record({fmt::format("{} random scenes", count), quantity, no_value, value, most});
+        EXPECT_LE(value, most) << quantity;
+    };
+    hold("with a step that does not converge", found.unconverged, unconverged);
+    hold("that gain energy", found.gaining, gaining);
+    hold("energy gained in a step, relative", found.gain, 0.1);
+    hold("overlap in steps that converge, of the tolerance", found.overlap, 1.0);
+    hold("sweeps of a step, mean", found.sweeps, 15.0);
+}
+
+TEST(law_random_scenes, most_converge_and_gain_nothing) {
+    judge(12, 1, 2);
+}
+
+TEST(law_random_scenes, DISABLED_most_of_two_hundred_converge_and_gain_nothing) {
+    judge(200, 6, 8);
+}
+
+} // namespace
