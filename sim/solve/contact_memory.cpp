@@ -76,34 +76,4 @@ void sum_up(PairContacts& pair) {
     }
 }
 
-void apply_half_kicks(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<Velocity> velocity) {
-    for (const PairContacts& pair : pairs) {
-        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
-        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-        const Vec3& impulse = pair.owed_impulse;
-        velocity[a].v += bodies.props[a].inverse_mass * impulse;
-        velocity[b].v -= bodies.props[b].inverse_mass * impulse;
-        velocity[a].w += bodies.inverse_inertia[a] * (pair.owed_moment - bodies.pose[a].position.cross(impulse));
-        velocity[b].w -= bodies.inverse_inertia[b] * (pair.owed_moment - bodies.pose[b].position.cross(impulse));
-    }
-}
-
-double half_kick_work(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
-                      std::span<const Velocity> kinematic) {
-    double sum = 0.0;
-    for (const PairContacts& pair : pairs) {
-        const auto a = static_cast<std::size_t>(pair.manifold.body_a);
-        const auto b = static_cast<std::size_t>(pair.manifold.body_b);
-        if (only[a] == 0 && only[b] == 0) {
-            continue;
-        }
-        const auto given_by = [&](std::size_t i) {
-            const Vec3 moment = pair.owed_moment - bodies.pose[i].position.cross(pair.owed_impulse);
-            return pair.owed_impulse.dot(kinematic[i].v) + moment.dot(kinematic[i].w);
-        };
-        sum += given_by(b) - given_by(a);
-    }
-    return sum;
-}
-
 } // namespace sim

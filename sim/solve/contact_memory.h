@@ -37,11 +37,4 @@ Block block_like(const PairContacts& pair, int index);
 /// Sums up what the pair's contacts tell of it as a whole: the members after `material`.
 void sum_up(PairContacts& pair);
 
-/// Adds to the velocities before the next impulses what they lack to be those at the instant: the owed impulses.
-void apply_half_kicks(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<Velocity> velocity);
-
-/// Work [J] that kinematic bodies do by those of pairs with a body in `only` [body_count]. kinematic: kinematic_velocity().
-double half_kick_work(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,
-                      std::span<const Velocity> kinematic);
-
 } // namespace sim

@@ -96,6 +96,11 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
     group.enough = 0.0;
     group.is_swept = false;
     group.contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_, change_);
+    take_uncertain(group);
+}
+
+/// Takes what they changed, change_, out of the velocities of its bodies.
+void ContactSolver::take_uncertain(ContactGroup& group) {
     group.changed.clear();
     for (const std::size_t i : group.bodies) {
         if (change_[i].v.isZero(0.0) && change_[i].w.isZero(0.0)) {
@@ -125,6 +130,26 @@ void ContactSolver::give_uncertain(const Bodies& bodies, ContactGroup& group) {
         to_.velocity[i].w += share * change_[i].w;
     }
     group.contacts.scale_uncertain(share);
+}
+
+/// Of a solve that came to no end all impulses are uncertain: as much of them is kept as brings the velocities nearer to what they
+/// have to be. Sweeps over a sliver that is wedged push harder and harder, and would throw it.
+void ContactSolver::give_back(const Bodies& bodies, ContactGroup& group) {
+    const auto close_joints = [&] {
+        if (group.has_joints) {
+            joints_.solve(to_.velocity);
+        }
+    };
+    for (const std::size_t i : group.bodies) {
+        change_[i] = {};
+    }
+    group.contacts.doubt(change_);
+    take_uncertain(group);
+    close_joints();
+    group.contacts.find_uncertain_work(0, group.contacts.loop.batches.size(), to_.velocity);
+    give_uncertain(bodies, group);
+    close_joints();
+    to_.update(bodies, group.bodies, group.contacts.loop.workers);
 }
 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
@@ -236,6 +261,9 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
         to_.update(bodies, group.bodies, workers);
     }
     report.converged = report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
+    if (!report.converged) {
+        give_back(bodies, group);
+    }
 }
 
 void ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs,

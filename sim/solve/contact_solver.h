@@ -73,7 +73,9 @@ private:
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
     void begin_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, ContactGroup& group);
+    void take_uncertain(ContactGroup& group);
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
+    void give_back(const Bodies& bodies, ContactGroup& group);
     int iterate(ContactGroup& group, int budget, double part, bool& converged);
     void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
 

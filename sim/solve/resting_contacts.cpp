@@ -263,6 +263,17 @@ RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_
             .rules = &rules_};
 }
 
+void RestingContacts::doubt(std::span<Velocity> uncertain) {
+    rules_.is_stretched = true;
+    parts_.resize(loop.batches.size());
+    loop.share_colours([&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            rest_blocks[i].is_certain = false;
+        }
+        work(RestPhase::uncertain, first, last, uncertain);
+    });
+}
+
 void RestingContacts::find_uncertain_work(std::size_t first, std::size_t last, std::span<const Velocity> velocity) {
     RestWork work = work_of(RestPhase::uncertain_work, first, last, {});
     work.before = velocity.front().v.data();

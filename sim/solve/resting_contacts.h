@@ -34,6 +34,9 @@ public:
     /// start from the impulses that these had, or loads a thousand times the weight would throw the bodies between them.
     void drop(const Bodies& bodies, int pair, Prediction& to);
 
+    /// All impulses are uncertain: gives those in `uncertain` what they change.
+    void doubt(std::span<Velocity> uncertain);
+
     /// Finds, for batches first..last, the work of the uncertain share against how much faster than their targets the contacts part
     /// with `velocity`.
     void find_uncertain_work(std::size_t first, std::size_t last, std::span<const Velocity> velocity);

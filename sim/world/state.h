@@ -4,6 +4,7 @@
 #include "sim/base/workers.h"
 #include "sim/model/snapshot.h"
 #include "sim/solve/collision_solver.h"
+#include "sim/solve/half_kicks.h"
 #include "sim/solve/time_of_impact.h"
 #include "sim/world/energy.h"
 #include "sim/world/repair.h"
@@ -58,8 +59,12 @@ struct WorldState {
     void check_places_of(std::span<const std::size_t> released) const;
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);
-    void touch_loaded(std::span<char> touched) const;
     void restart(std::span<const char> touched);
+    struct Turn {
+        std::size_t body = 0;
+        double rate = 0.0; ///< [rad/s]
+    };
+    Turn fastest_turn(std::span<const Velocity> velocity, double dt) const;
     double intervals_for_spin() const;
     double intervals_for_joints() const;
     void plan(StepReport& report);

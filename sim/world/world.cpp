@@ -20,8 +20,8 @@ namespace {
 /// Times the step may be divided by two when its contacts do not converge: down to h / 2^6.
 constexpr int division_limit = 6;
 
-/// A body in contact turns by at most this angle [rad] in one interval; the step is divided for it.
-constexpr double largest_turn = 0.4;
+/// A body in contact or in a joint turns by at most this angle [rad] in one interval; the step is divided for it.
+constexpr double largest_turn = 0.2;
 
 /// All solves of a step together have the sweeps of this many [-] at their limit.
 constexpr int most_solves = 10;
@@ -67,6 +67,18 @@ std::vector<BodyPair> jointed_pairs(std::span<const Joint> joints) {
     }
     std::ranges::sort(pairs);
     return pairs;
+}
+
+/// An impact changes the loads of all bodies that loads connect with it. What acted before the instant is the last interval's
+/// for each of their contacts alike, or bodies between two contacts would be told a velocity that they never have.
+void touch_connected(std::span<const int> connected, std::span<char> touched) {
+    std::vector<char> is_reached(touched.size());
+    for (std::size_t i = 0; i < touched.size(); ++i) {
+        is_reached[static_cast<std::size_t>(connected[i])] |= touched[i];
+    }
+    for (std::size_t i = 0; i < touched.size(); ++i) {
+        touched[i] = is_reached[static_cast<std::size_t>(connected[i])];
+    }
 }
 
 } // namespace
@@ -202,7 +214,8 @@ void WorldState::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
     after_collisions = bodies.velocity;
     joint_rows.prepare(bodies, joints);
-    apply_half_kicks(bodies, search.pairs, after_collisions);
+    const std::vector<int> connected = connected_by_loads(bodies, search.pairs);
+    apply_half_kicks(bodies, connected, search.pairs, after_collisions);
     joint_rows.add_owed(joints, after_collisions);
     const std::vector<Velocity> before = has_drives ? after_collisions : std::vector<Velocity>();
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
@@ -212,7 +225,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     energy.add_work(result.drive_work);
     work_done += result.iterations + sweeps_to_arrange * result.passes;
     if (result.collisions > 0) {
-        touch_loaded(touched);
+        touch_connected(connected, touched);
         if (has_drives) {
             const std::vector<Velocity> kinematic = kinematic_velocity(bodies);
             energy.add_work(half_kick_work(bodies, search.pairs, touched, kinematic) +
@@ -230,28 +243,6 @@ void WorldState::resolve_collisions(StepReport& report) {
     report.collision_iterations += result.iterations;
     if (!result.converged) {
         fall_short(report, result.unsettled);
-    }
-}
-
-/// An impact changes the loads of all bodies that loads connect with it. What acted before the instant is the last interval's
-/// for each of their contacts alike, or bodies between two contacts would be told a velocity that they never have.
-void WorldState::touch_loaded(std::span<char> touched) const {
-    std::vector<BodyPair> loaded;
-    for (const PairContacts& pair : search.pairs) {
-        const BodyPair of{pair.manifold.body_a, pair.manifold.body_b};
-        const bool is_between = !bodies.props[static_cast<std::size_t>(of.a)].is_static() &&
-                                !bodies.props[static_cast<std::size_t>(of.b)].is_static();
-        if (is_between && !pair.owed_impulse.isZero(0.0)) {
-            loaded.push_back(of);
-        }
-    }
-    for (bool spreads = true; std::exchange(spreads, false);) {
-        for (const BodyPair& pair : loaded) {
-            char& a = touched[static_cast<std::size_t>(pair.a)];
-            char& b = touched[static_cast<std::size_t>(pair.b)];
-            spreads = spreads || a != b;
-            a = b = a != 0 || b != 0 ? 1 : 0;
-        }
     }
 }
 
@@ -282,34 +273,48 @@ void WorldState::restart(std::span<const char> touched) {
     }
 }
 
-/// Intervals a second that the fastest rotation in contact asks for [1/s]: of bodies near contact whose contact points
-/// move in the body as it turns, or whose w turns, that is all but balls of equal moments. Throws Error(stopped) beyond
-/// `largest_turn_in_step`.
-double WorldState::intervals_for_spin() const {
-    const auto is_slow = [&](const Velocity& velocity) { return velocity.w.norm() * h <= largest_turn; };
-    if (std::ranges::all_of(bodies.velocity, is_slow)) {
-        return 0.0; // one does, whatever is in contact
+/// Of what turns by more than `largest_turn` within dt [s] at these velocities [body_count], the fastest: of bodies in joints, and of
+/// those near contact whose contact points move in the body as it turns, or whose w turns, that is all but balls of equal moments.
+WorldState::Turn WorldState::fastest_turn(std::span<const Velocity> velocity, double dt) const {
+    Turn fastest;
+    const auto look_at = [&](std::size_t i) {
+        if (velocity[i].w.norm() > fastest.rate) {
+            fastest = {i, velocity[i].w.norm()};
+        }
+    };
+    if (std::ranges::all_of(velocity, [&](const Velocity& of) { return of.w.norm() * dt <= largest_turn; })) {
+        return fastest; // one does, whatever is in contact
     }
-    double most = 0.0;
     for (const PairContacts& pair : search.pairs) {
         for (const int body : {pair.manifold.body_a, pair.manifold.body_b}) {
             const auto i = static_cast<std::size_t>(body);
             const bool is_ball = std::holds_alternative<Sphere>(bodies.props[i].shape) &&
                                  bodies.props[i].inertia_kind == InertiaKind::spherical;
-            const double turn = is_ball ? 0.0 : bodies.velocity[i].w.norm();
-            if (turn * h > largest_turn_in_step) {
-                throw Error(ExitCode::stopped,
-                            fmt::format("body '{}' spins at {:.3g} rad/s in contact in step {}, expected at most {:.3g} "
-                                        "rad/s: {:g} rad a step (contacts)",
-                                        names[i], turn, step_index, largest_turn_in_step / h, largest_turn_in_step));
+            if (!is_ball) {
+                look_at(i);
             }
-            most = std::max(most, turn / largest_turn);
         }
     }
-    return most;
+    for (const Joint& joint : joints) {
+        look_at(static_cast<std::size_t>(joint.a));
+        look_at(static_cast<std::size_t>(joint.b));
+    }
+    return fastest;
 }
 
-/// The same for the vibration of joints under the load of the last interval, which advances by at most a radian: from 2 on
+/// Intervals a second that the fastest rotation asks for [1/s]. Throws Error(stopped) beyond `largest_turn_in_step`.
+double WorldState::intervals_for_spin() const {
+    const Turn fastest = fastest_turn(bodies.velocity, h);
+    if (fastest.rate * h > largest_turn_in_step) {
+        throw Error(ExitCode::stopped,
+                    fmt::format("body '{}' spins at {:.3g} rad/s in contact in step {}, expected at most {:.3g} "
+                                "rad/s: {:g} rad a step (contacts)",
+                                names[fastest.body], fastest.rate, step_index, largest_turn_in_step / h, largest_turn_in_step));
+    }
+    return fastest.rate / largest_turn;
+}
+
+/// The same for the vibration of joints under the load of the last interval, which advances as little: from 2 rad on
 /// Verlet's scheme is unstable, and gains energy.
 double WorldState::intervals_for_joints() const {
     if (joint_rate * h > largest_turn_in_step) {
@@ -318,11 +323,11 @@ double WorldState::intervals_for_joints() const {
                                 "rad/s: {:g} rad a step (contacts)",
                                 joint_rate, step_index, largest_turn_in_step / h, largest_turn_in_step));
     }
-    return joint_rate;
+    return joint_rate / largest_turn;
 }
 
 /// Finds the impulses of the next interval: the rest of the step, or all of the next one; shorter if an
-/// impact stops it or if its contacts do not converge.
+/// impact stops it, if its contacts do not converge, or if a body is to turn too far.
 void WorldState::plan(StepReport& report) {
     const StageClock clock(report, Stage::contacts);
     interval = progress < 1.0 ? interval_left() : h;
@@ -434,8 +439,10 @@ bool WorldState::plan_interval(StepReport& report) {
         report.contact_iterations += result.iterations;
         work_done += result.iterations + sweeps_to_arrange;
         report.residual = result.residual;
-        good = repair.verify() && result.converged;
-        if (!result.converged || round == most_rounds || work_left() == 0 || !repair.repair(after_collisions)) {
+        // Of bodies that turn far the plan tells little, and where they face each other nothing.
+        const bool is_followed = result.converged && fastest_turn(contact_solver.velocity(), interval).rate * interval <= largest_turn;
+        good = repair.verify() && is_followed;
+        if (!is_followed || round == most_rounds || work_left() == 0 || !repair.repair(after_collisions)) {
             break;
         }
     }

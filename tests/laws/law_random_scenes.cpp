@@ -156,10 +156,10 @@ struct Found {
     double sweeps = 0.0;  ///< [-] a step, mean
 };
 
-Found run_scenes(int count) {
+Found run_scenes(int first, int last) {
     Found found;
     std::int64_t steps = 0, sweeps = 0;
-    for (int seed = 1; seed <= count; ++seed) {
+    for (int seed = first; seed <= last; ++seed) {
         const sim::SceneDef scene = sim::parse_scene(Generator(seed).scene(), "random.toml");
         sim::World world(scene);
         bool converged = true;
@@ -186,27 +186,37 @@ Found run_scenes(int count) {
     return found;
 }
 
-/// unconverged, gaining: at most so many scenes. Some of what gains is given half kicks of pushes that were no forces; the most,
-/// a sliver that was wedged and is let go.
-void judge(int count, int unconverged, int gaining) {
-    const Found found = run_scenes(count);
+/// unconverged, gaining: at most so many of the scenes. sweeps: of a step, mean, at most.
+void judge(int first, int last, int unconverged, int gaining, double sweeps = 15.0) {
+    const Found found = run_scenes(first, last);
     const auto hold = [&](const std::string& quantity, double value, double most) {
-        record({fmt::format("{} random scenes", count), quantity, no_value, value, most});
+        record({fmt::format("random scenes {} to {}", first, last), quantity, no_value, value, most});
         EXPECT_LE(value, most) << quantity;
     };
     hold("with a step that does not converge", found.unconverged, unconverged);
     hold("that gain energy", found.gaining, gaining);
-    hold("energy gained in a step, relative", found.gain, 0.1);
+    hold("energy gained in a step, relative", found.gain, gaining == 0 ? sim::energy_gain_allowed : 5e-3);
     hold("overlap in steps that converge, of the tolerance", found.overlap, 1.0);
-    hold("sweeps of a step, mean", found.sweeps, 15.0);
+    hold("sweeps of a step, mean", found.sweeps, sweeps);
 }
 
-TEST(law_random_scenes, most_converge_and_gain_nothing) {
-    judge(12, 1, 2);
+TEST(law_random_scenes, most_converge_and_none_gains_energy) {
+    judge(1, 12, 1, 0);
+}
+
+/// Six milligrams under sixty grams: the sweeps of one step come to no end, and push harder in each.
+TEST(law_random_scenes, a_sliver_wedged_under_a_load_is_not_thrown) {
+    judge(688, 688, 1, 0, 25.0);
+}
+
+/// A splinter of 41 milligrams is planned to turn by half a turn within a step: how its edges cross there tells nothing of where
+/// they face each other as it begins.
+TEST(law_random_scenes, what_would_turn_far_is_not_thrown) {
+    judge(334, 334, 0, 0, 25.0);
 }
 
 TEST(law_random_scenes, DISABLED_most_of_two_hundred_converge_and_gain_nothing) {
-    judge(200, 6, 8);
+    judge(1, 200, 4, 1);
 }
 
 } // namespace
