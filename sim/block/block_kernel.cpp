@@ -23,14 +23,20 @@ LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<
     const auto put = [&](Lanes& to, const Real& x) { v.store(to, select(v.due, x, v.load(to))); };
     const auto put3 = [&](Lanes* to, const Real3& x) { v.store3(to, select(v.due, x, v.load3(to))); };
     if (sweep.by_half) {
+        Mask pulls = nowhere(); // extrapolation left it so, and half of it would
+        for (int k = 0; k < N; ++k) {
+            pulls |= v.load(v.points[k].p_n) < 0.0;
+        }
+        const auto halve = [&](Real& found, const Lanes& before) { found = select(pulls, found, 0.5 * (found + v.load(before))); };
         for (int k = 0; k < N; ++k) {
             const BatchPoint& point = v.points[k];
-            v.p_n[k] = 0.5 * (v.p_n[k] + v.load(point.p_n));
-            v.p_1[k] = 0.5 * (v.p_1[k] + v.load(point.p_t[0]));
-            v.p_2[k] = 0.5 * (v.p_2[k] + v.load(point.p_t[1]));
+            halve(v.p_n[k], point.p_n);
+            halve(v.p_1[k], point.p_t[0]);
+            halve(v.p_2[k], point.p_t[1]);
         }
-        v.force = real(0.5) * v.force;
-        v.moment = real(0.5) * v.moment;
+        const Real share = select(pulls, real(1.0), real(0.5));
+        v.force = share * v.force;
+        v.moment = share * v.moment;
         v.left = real(infinity);
     }
     for (int k = 0; k < N; ++k) {

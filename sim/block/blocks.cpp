@@ -444,7 +444,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
         }
         progress_ = std::exchange(least_change_, std::numeric_limits<double>::infinity());
     }
-    return like.by_half ? std::numeric_limits<double>::infinity() : change_;
+    return change_;
 }
 
 } // namespace sim

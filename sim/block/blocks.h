@@ -240,7 +240,7 @@ public:
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch at whose points
     /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. tolerance: see BatchSweep. After
     /// some sweeps the impulses are extrapolated, and what changed by more than `large` [m/s] is visited again; where they stall,
-    /// every second sweep takes half of what its visits find, which settles nothing: it returns infinity. close_joints: of bodies in blocks, before the visits; with it Newton's
+    /// every second sweep takes half of what its visits find. close_joints: of bodies in blocks, before the visits; with it Newton's
     /// method, which knows no joints, is not used.
     double sweep(std::span<Velocity> velocity, double skip, double tolerance,
                  double large = std::numeric_limits<double>::infinity(), const std::function<void()>& close_joints = {});
