@@ -307,8 +307,8 @@ double WorldState::intervals_for_spin() const {
     const Turn fastest = fastest_turn(bodies.velocity, h);
     if (fastest.rate * h > largest_turn_in_step) {
         throw Error(ExitCode::stopped,
-                    fmt::format("body '{}' spins at {:.3g} rad/s in contact in step {}, expected at most {:.3g} "
-                                "rad/s: {:g} rad a step (contacts)",
+                    fmt::format("body '{}' spins at {:.3g} rad/s in contact or in a joint in step {}, expected "
+                                "at most {:.3g} rad/s: {:g} rad a step (contacts)",
                                 names[fastest.body], fastest.rate, step_index, largest_turn_in_step / h, largest_turn_in_step));
     }
     return fastest.rate / largest_turn;
