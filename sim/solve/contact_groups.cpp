@@ -1,5 +1,7 @@
 #include "sim/solve/contact_groups.h"
 
+#include "sim/base/disjoint_sets.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -8,24 +10,6 @@ namespace {
 
 /// A group gets islands until it has so many pairs [-]: of stacked boxes that is a quarter of a megabyte of batches.
 constexpr std::size_t group_size = 256;
-
-/// The first body of an island. nearer: of each body one that is nearer to it, or is it.
-int first_of(std::vector<int>& nearer, int body) {
-    for (;;) {
-        int& next = nearer[static_cast<std::size_t>(body)];
-        if (next == body) {
-            return body;
-        }
-        next = nearer[static_cast<std::size_t>(next)];
-        body = next;
-    }
-}
-
-void unite(std::vector<int>& nearer, int a, int b) {
-    a = first_of(nearer, a);
-    b = first_of(nearer, b);
-    nearer[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-}
 
 } // namespace
 

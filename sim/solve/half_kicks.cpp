@@ -1,5 +1,7 @@
 #include "sim/solve/half_kicks.h"
 
+#include "sim/base/disjoint_sets.h"
+
 #include <algorithm>
 #include <numeric>
 
@@ -40,20 +42,13 @@ struct Kicks {
 std::vector<int> connected_by_loads(const Bodies& bodies, std::span<const PairContacts> pairs) {
     std::vector<int> first(bodies.props.size());
     std::iota(first.begin(), first.end(), 0);
-    const auto first_of = [&](std::size_t body) {
-        while (first[body] != static_cast<int>(body)) {
-            body = static_cast<std::size_t>(first[body] = first[static_cast<std::size_t>(first[body])]);
-        }
-        return static_cast<int>(body);
-    };
     for_each_owing(pairs, [&](const PairContacts&, std::size_t a, std::size_t b) {
         if (!bodies.props[a].is_static() && !bodies.props[b].is_static()) {
-            const auto [least, other] = std::minmax({first_of(a), first_of(b)});
-            first[static_cast<std::size_t>(other)] = least;
+            unite(first, static_cast<int>(a), static_cast<int>(b));
         }
     });
-    for (std::size_t i = 0; i < first.size(); ++i) {
-        first[i] = first_of(i);
+    for (int& of : first) {
+        of = first[static_cast<std::size_t>(of)]; // that one, earlier, is right
     }
     return first;
 }
