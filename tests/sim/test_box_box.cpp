@@ -12,7 +12,7 @@ using namespace sim;
 namespace {
 
 /// Rounding of some tens of operations on lengths of about 1 m [m].
-constexpr double rounding = 1e-14;
+constexpr double box_rounding = 1e-14;
 
 PlacedBox at(const Vec3& half_extents, const Pose& pose) {
     return {box_row(Box{half_extents}, pose), pose, Pose{}};
@@ -73,13 +73,13 @@ TEST(box_box, cube_on_cube_has_its_four_corners_as_contacts) {
         const auto contacts = contacts_of(cube_at(Vec3(0, 0, 1.0 + gap)), cube_at(Vec3::Zero()));
         ASSERT_EQ(contacts.size(), 4u);
         for (const FoundContact& contact : contacts) {
-            EXPECT_NEAR(contact.at.gap, gap, rounding);
+            EXPECT_NEAR(contact.at.gap, gap, box_rounding);
             EXPECT_EQ(contact.at.n, Vec3(0, 0, 1)); // from b, below, to a
-            EXPECT_NEAR(contact.at.a.z(), 0.5 + gap, rounding);
-            EXPECT_NEAR(contact.at.b().z(), 0.5, rounding);
+            EXPECT_NEAR(contact.at.a.z(), 0.5 + gap, box_rounding);
+            EXPECT_NEAR(contact.at.b().z(), 0.5, box_rounding);
         }
-        EXPECT_LE((lowest(contacts).head<2>() + Vec3::Constant(0.5).head<2>()).norm(), rounding);
-        EXPECT_LE((highest(contacts).head<2>() - Vec3::Constant(0.5).head<2>()).norm(), rounding);
+        EXPECT_LE((lowest(contacts).head<2>() + Vec3::Constant(0.5).head<2>()).norm(), box_rounding);
+        EXPECT_LE((highest(contacts).head<2>() - Vec3::Constant(0.5).head<2>()).norm(), box_rounding);
     }
 }
 
@@ -114,10 +114,10 @@ TEST(box_box, crossing_edges_touch_in_one_point) {
     const auto contacts = contacts_of(a, b);
     ASSERT_EQ(contacts.size(), 1u);
     EXPECT_EQ(contacts[0].feature.kind, FeatureKind::edges);
-    EXPECT_NEAR(contacts[0].at.gap, gap, rounding);
-    EXPECT_LE((contacts[0].at.n - Vec3(0, 0, 1)).norm(), rounding);
-    EXPECT_LE((contacts[0].at.a - Vec3(0, -0.2, half_diagonal + gap)).norm(), rounding);
-    EXPECT_LE((contacts[0].at.b() - Vec3(0, -0.2, half_diagonal)).norm(), rounding);
+    EXPECT_NEAR(contacts[0].at.gap, gap, box_rounding);
+    EXPECT_LE((contacts[0].at.n - Vec3(0, 0, 1)).norm(), box_rounding);
+    EXPECT_LE((contacts[0].at.a - Vec3(0, -0.2, half_diagonal + gap)).norm(), box_rounding);
+    EXPECT_LE((contacts[0].at.b() - Vec3(0, -0.2, half_diagonal)).norm(), box_rounding);
 }
 
 TEST(box_box, cubes_that_lean_against_each_other_as_mirror_images_push_along_the_mirrors_normal) {
@@ -129,13 +129,13 @@ TEST(box_box, cubes_that_lean_against_each_other_as_mirror_images_push_along_the
         ASSERT_GE(contacts.size(), 2u) << tilt;
         double least = 1.0;
         for (const FoundContact& contact : contacts) {
-            EXPECT_LE((contact.at.n + Vec3::UnitX()).norm(), rounding) << tilt;
+            EXPECT_LE((contact.at.n + Vec3::UnitX()).norm(), box_rounding) << tilt;
             least = std::min(least, contact.at.gap);
         }
         // The points lie inside both faces as seen along a's normal: up to tan^2 of the gap from the edges, or
         // 5e-7 m beyond them, where corners that stick out so little count as inside.
         const double tan_squared = std::tan(tilt) * std::tan(tilt);
-        EXPECT_LE(least, 1e-3 / (1 - tan_squared) + rounding) << tilt;
+        EXPECT_LE(least, 1e-3 / (1 - tan_squared) + box_rounding) << tilt;
         EXPECT_GE(least, 1e-3 - 5e-7) << tilt;
     }
 }
@@ -146,8 +146,8 @@ TEST(box_box, corner_over_a_face_touches_there) {
     const auto contacts = contacts_of(cube_at(Vec3(0.1, 0.2, 0.5 + std::sqrt(0.75) + 0.001), on_corner),
                                       cube_at(Vec3::Zero()), 0.01);
     ASSERT_EQ(contacts.size(), 1u);
-    EXPECT_NEAR(contacts[0].at.gap, 0.001, rounding);
-    EXPECT_LE((contacts[0].at.b() - Vec3(0.1, 0.2, 0.5)).norm(), rounding);
+    EXPECT_NEAR(contacts[0].at.gap, 0.001, box_rounding);
+    EXPECT_LE((contacts[0].at.b() - Vec3(0.1, 0.2, 0.5)).norm(), box_rounding);
 }
 
 TEST(box_box, contacts_beyond_the_margin_are_left_out) {
@@ -236,7 +236,7 @@ TEST(box_box, separation_of_overlapping_boxes_is_the_least_depth_over_all_direct
         }
         ++overlapping;
         for (int k = 0; k < 200; ++k) {
-            EXPECT_LE(shadow_gap(a, b, numbers.direction()), s + rounding);
+            EXPECT_LE(shadow_gap(a, b, numbers.direction()), s + box_rounding);
         }
         const auto contacts = contacts_of(a, b);
         ASSERT_FALSE(contacts.empty());
@@ -267,7 +267,7 @@ TEST(box_box, id_base_and_body_frames_of_parts_are_kept) {
     for (const FoundContact& contact : contacts) {
         EXPECT_EQ(contact.feature.id >> 32, 5u);
         EXPECT_NEAR(contact_geometry(contact.feature, a.world_from_body, b.world_from_body).gap, 0.01,
-                    rounding);
+                    box_rounding);
     }
 }
 

@@ -11,14 +11,14 @@ using namespace sim;
 
 namespace {
 
-constexpr double h = 1e-3; ///< [s]
-constexpr double g = 10.0; ///< [m/s^2]
+constexpr double time_step = 1e-3; ///< [s]
+constexpr double gravity = 10.0; ///< [m/s^2]
 
 /// Cubes of side 1 m and mass 1000 kg stacked with gaps of `gap` [m] on a plane.
 struct Stack {
     Bodies bodies;
     std::vector<PairContacts> pairs;
-    StepSettings settings{.gravity = Vec3(0, 0, -g), .tolerance = 1e-7};
+    StepSettings settings{.gravity = Vec3(0, 0, -gravity), .tolerance = 1e-7};
     ContactSolver solver;
     ContactSolveReport report;
 
@@ -43,7 +43,7 @@ struct Stack {
         replace_contacts(found, contacts);
     }
     void solve() {
-        solver.prepare(bodies, pairs, {}, settings, h);
+        solver.prepare(bodies, pairs, {}, settings, time_step);
         report = solver.solve(bodies, pairs, {});
         solver.store_impulses(bodies, pairs, {});
     }
@@ -76,8 +76,8 @@ TEST(contact_solver, gaps_at_the_end_of_the_step_are_closed) {
 TEST(contact_solver, a_floor_carries_the_weight_of_all_above_it) {
     Stack stack(3);
     stack.solve();
-    const double unit = 1000.0 * g * h / 2.0;
-    const double error = 3.0 * 1000.0 * stack.settings.tolerance / h; // gap errors of three bodies over h
+    const double unit = 1000.0 * gravity * time_step / 2.0;
+    const double error = 3.0 * 1000.0 * stack.settings.tolerance / time_step; // gap errors of three bodies over h
     EXPECT_NEAR(stack.load(0), 3.0 * unit, error);
     EXPECT_NEAR(stack.load(1), 2.0 * unit, error);
     EXPECT_NEAR(stack.load(2), 1.0 * unit, error);
@@ -87,7 +87,7 @@ TEST(contact_solver, corners_of_a_resting_face_carry_equal_shares) {
     Stack stack(1);
     stack.solve();
     for (const Contact& contact : stack.pairs[0].manifold.contacts) {
-        EXPECT_NEAR(contact.memory.p_n, 1000.0 * g * h / 8.0, 1e-9);
+        EXPECT_NEAR(contact.memory.p_n, 1000.0 * gravity * time_step / 8.0, 1e-9);
         EXPECT_EQ(contact.memory.p_t.norm(), 0.0);
     }
 }
@@ -110,7 +110,7 @@ TEST(contact_solver, dropped_contacts_give_their_impulses_back) {
 
 TEST(contact_solver, contacts_that_take_the_place_of_others_start_from_their_impulses) {
     Stack stack(1);
-    stack.solver.prepare(stack.bodies, stack.pairs, {}, stack.settings, h);
+    stack.solver.prepare(stack.bodies, stack.pairs, {}, stack.settings, time_step);
     stack.solver.solve(stack.bodies, stack.pairs, {});
     const double held = stack.solver.velocity()[0].v.z();
     EXPECT_GT(held, 0.0);
@@ -146,7 +146,7 @@ TEST(contact_solver, a_group_is_solved_as_if_it_were_alone) {
     Stack alone(10);
     Stack both = row_and_tower(0, 10);
     for (Stack* stack : {&alone, &both}) {
-        stack->solver.prepare(stack->bodies, stack->pairs, {}, stack->settings, 0.5 * h);
+        stack->solver.prepare(stack->bodies, stack->pairs, {}, stack->settings, 0.5 * time_step);
         stack->solver.solve(stack->bodies, stack->pairs, {});
         stack->solver.store_impulses(stack->bodies, stack->pairs, {});
     }
@@ -167,7 +167,7 @@ TEST(contact_solver, groups_that_a_contact_connects_become_one) {
     Stack row = row_and_tower(10, 0);
     const std::size_t last = 256; // of the first group; the next cube touches it
     row.bodies.velocity[last].v.x() = 0.1;
-    row.solver.prepare(row.bodies, row.pairs, {}, row.settings, h);
+    row.solver.prepare(row.bodies, row.pairs, {}, row.settings, time_step);
     row.solver.solve(row.bodies, row.pairs, {});
     const std::vector<Velocity> before(row.solver.velocity().begin(), row.solver.velocity().end());
     EXPECT_NEAR(before[last].v.x(), 0.1, 1e-12);
@@ -183,7 +183,7 @@ TEST(contact_solver, groups_that_a_contact_connects_become_one) {
               1.0 - row.settings.tolerance);
     EXPECT_NEAR(row.solver.velocity()[257].v.x(), 0.05, 1e-6);
     for (std::size_t i = 0; i + 1 < row.pairs.size(); ++i) {
-        EXPECT_NEAR(row.load(i), 1000.0 * g * h / 2.0, 1000.0 * row.settings.tolerance / h);
+        EXPECT_NEAR(row.load(i), 1000.0 * gravity * time_step / 2.0, 1000.0 * row.settings.tolerance / time_step);
     }
 }
 
@@ -192,12 +192,12 @@ TEST(contact_solver, groups_that_a_contact_connects_become_one) {
 TEST(contact_solver, a_guess_that_throws_is_not_taken) {
     Stack stack(1);
     stack.settings.iteration_limit = 5;
-    const double shorter = 0.01 * h;
+    const double shorter = 0.01 * time_step;
     stack.solver.prepare(stack.bodies, stack.pairs, {}, stack.settings, shorter);
     stack.solver.solve(stack.bodies, stack.pairs, {});
     stack.solver.store_impulses(stack.bodies, stack.pairs, {});
     const BodyProps& cube = stack.bodies.props[0];
-    const double turn = 2.0 * std::numbers::pi / h; // [rad/s]
+    const double turn = 2.0 * std::numbers::pi / time_step; // [rad/s]
     stack.pairs[0].manifold.contacts[0].memory.p_n = 0.01 * turn / (6.0 * cube.inverse_mass * std::sqrt(0.5)); // at a corner
     stack.solve();
     EXPECT_LT(stack.solver.velocity()[0].v.norm(), 0.1);
@@ -212,7 +212,7 @@ TEST(contact_solver, a_force_that_moves_to_other_points_of_its_block_stays_one) 
     stack.pairs.pop_back();
     stack.pair(0, 1);
     for (Contact& contact : stack.pairs[0].manifold.contacts) {
-        contact.memory.signed_interval = contact.memory.last_interval = h;
+        contact.memory.signed_interval = contact.memory.last_interval = time_step;
     }
     stack.pairs[0].manifold.contacts[0].memory.p_n = 1500.0;
     stack.solve();
@@ -237,7 +237,8 @@ TEST(contact_solver, an_impact_that_another_point_of_the_block_prevents_is_one) 
     stack.pair(0, 1);
     for (std::size_t i = 0; i < 4; ++i) {
         const bool touches = stack.pairs[0].manifold.contacts[i].at.gap < 0.5 * tilt;
-        stack.pairs[0].manifold.contacts[i].memory = {.p_n = touches ? 5.0 : 0.0, .signed_interval = h, .last_interval = touches ? h : 0.0};
+        stack.pairs[0].manifold.contacts[i].memory = {
+            .p_n = touches ? 5.0 : 0.0, .signed_interval = time_step, .last_interval = touches ? time_step : 0.0};
     }
     stack.solve();
     double force = 0.0;
@@ -247,7 +248,7 @@ TEST(contact_solver, an_impact_that_another_point_of_the_block_prevents_is_one) 
         force += memory.force_share * memory.p_n;
     }
     EXPECT_GT(stack.load(0), 300.0);
-    EXPECT_NEAR(force, 3000.0 * g * h, 1e-9); // no more than the weight
+    EXPECT_NEAR(force, 3000.0 * gravity * time_step, 1e-9); // no more than the weight
 }
 
 /// A contact that repair found may overlap now by more than the pair does, which it parts no more slowly for.
@@ -291,7 +292,7 @@ TEST(contact_solver, without_contacts_bodies_move_freely) {
     stack.bodies.velocity[0] = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
     stack.solve();
     const Pose free = free_motion(stack.bodies.props[0], stack.bodies.pose[0], stack.bodies.velocity[0],
-                                  stack.settings.gravity, h);
+                                  stack.settings.gravity, time_step);
     EXPECT_EQ(stack.solver.predicted()[0].position, free.position);
     EXPECT_EQ(stack.solver.contact_count(), 0);
 }

@@ -11,7 +11,7 @@ using namespace sim;
 namespace {
 
 /// Rounding of some tens of operations on lengths of about 1 m [m].
-constexpr double gap_rounding = 1e-14;
+constexpr double distance_rounding = 1e-14;
 
 Pose at(double x, double y, double z) {
     return {Vec3(x, y, z), Quat::Identity()};
@@ -32,16 +32,16 @@ void expect_ball_on_cube(const Vec3& centre, double gap, const Vec3& n, FeatureK
     ASSERT_EQ(contacts.size(), 1u);
     const ContactGeometry& g = contacts[0].at;
     EXPECT_EQ(contacts[0].feature.kind, kind);
-    EXPECT_NEAR(g.gap, gap, gap_rounding);
-    EXPECT_LE((g.n - n).norm(), gap_rounding);
-    EXPECT_LE((g.a - (centre - 0.25 * n)).norm(), gap_rounding);
-    EXPECT_NEAR(separation({ball, pose}, {Box{}, Pose{}}), gap, gap_rounding);
+    EXPECT_NEAR(g.gap, gap, distance_rounding);
+    EXPECT_LE((g.n - n).norm(), distance_rounding);
+    EXPECT_LE((g.a - (centre - 0.25 * n)).norm(), distance_rounding);
+    EXPECT_NEAR(separation({ball, pose}, {Box{}, Pose{}}), gap, distance_rounding);
 
     const auto exchanged = contacts_of(Box{}, Pose{}, ball, pose);
     ASSERT_EQ(exchanged.size(), 1u);
-    EXPECT_NEAR(exchanged[0].at.gap, gap, gap_rounding);
-    EXPECT_LE((exchanged[0].at.n + n).norm(), gap_rounding);
-    EXPECT_LE((exchanged[0].at.b() - g.a).norm(), gap_rounding);
+    EXPECT_NEAR(exchanged[0].at.gap, gap, distance_rounding);
+    EXPECT_LE((exchanged[0].at.n + n).norm(), distance_rounding);
+    EXPECT_LE((exchanged[0].at.b() - g.a).norm(), distance_rounding);
 }
 
 /// Distance of a point from a box's surface, negative inside.
@@ -78,15 +78,15 @@ TEST(narrow_phase, separation_of_ball_and_box_is_the_distance_to_its_surface) {
         const Pose pose = numbers.pose(0.3);
         const Pose ball = numbers.pose(1.0);
         EXPECT_NEAR(separation({box, pose}, {Sphere{0.1}, ball}), distance_to_box(ball.position, box, pose) - 0.1,
-                    gap_rounding);
+                    distance_rounding);
     }
 }
 
 TEST(narrow_phase, ball_against_ball_along_their_centres) {
     const auto contacts = contacts_of(Sphere{0.5}, at(3, 4, 0), Sphere{4.25}, Pose{});
     ASSERT_EQ(contacts.size(), 1u);
-    EXPECT_NEAR(contacts[0].at.gap, 0.25, gap_rounding);
-    EXPECT_LE((contacts[0].at.n - Vec3(0.6, 0.8, 0)).norm(), gap_rounding);
+    EXPECT_NEAR(contacts[0].at.gap, 0.25, distance_rounding);
+    EXPECT_LE((contacts[0].at.n - Vec3(0.6, 0.8, 0)).norm(), distance_rounding);
     EXPECT_TRUE(contacts_of(Sphere{0.5}, at(3, 4, 0), Sphere{4.25}, Pose{}, 0.2).empty());
     EXPECT_EQ(contacts_of(Sphere{0.5}, Pose{}, Sphere{0.25}, Pose{})[0].at.gap, -0.75); // equal centres
 }
@@ -94,7 +94,7 @@ TEST(narrow_phase, ball_against_ball_along_their_centres) {
 TEST(narrow_phase, ball_and_box_against_a_plane_in_both_orders) {
     const auto ball = contacts_of(Sphere{0.5}, at(1, 2, 0.4), Plane{}, Pose{});
     ASSERT_EQ(ball.size(), 1u);
-    EXPECT_NEAR(ball[0].at.gap, -0.1, gap_rounding);
+    EXPECT_NEAR(ball[0].at.gap, -0.1, distance_rounding);
     EXPECT_EQ(ball[0].at.n, Vec3(0, 0, 1));
 
     const auto cube = contacts_of(Box{}, at(1, 2, 0.6), Plane{}, Pose{});
@@ -102,12 +102,12 @@ TEST(narrow_phase, ball_and_box_against_a_plane_in_both_orders) {
     const auto exchanged = contacts_of(Plane{}, Pose{}, Box{}, at(1, 2, 0.6));
     ASSERT_EQ(exchanged.size(), 4u);
     for (std::size_t i = 0; i < 4; ++i) {
-        EXPECT_NEAR(cube[i].at.gap, 0.1, gap_rounding);
+        EXPECT_NEAR(cube[i].at.gap, 0.1, distance_rounding);
         EXPECT_EQ(cube[i].at.n, Vec3(0, 0, 1));
         EXPECT_EQ(exchanged[i].at.n, Vec3(0, 0, -1));
         EXPECT_EQ(exchanged[i].at.b(), cube[i].at.a);
         EXPECT_EQ(exchanged[i].feature.id, cube[i].feature.id);
-        EXPECT_NEAR(cube[i].at.b().z(), 0.0, gap_rounding);
+        EXPECT_NEAR(cube[i].at.b().z(), 0.0, distance_rounding);
     }
 }
 
@@ -117,7 +117,7 @@ TEST(narrow_phase, lowest_corner_of_a_tilted_box_decides_its_separation_from_a_p
     for (int i = 0; i < 100; ++i) {
         const Pose pose = numbers.pose(1.0);
         const double reach = (pose.orientation.conjugate() * Vec3::UnitZ()).cwiseAbs().dot(box.half_extents);
-        EXPECT_NEAR(separation({box, pose}, {Plane{}, Pose{}}), pose.position.z() - reach, gap_rounding);
+        EXPECT_NEAR(separation({box, pose}, {Plane{}, Pose{}}), pose.position.z() - reach, distance_rounding);
     }
 }
 
@@ -127,8 +127,8 @@ TEST(narrow_phase, tilted_plane_has_its_own_normal) {
     const auto contacts =
         contacts_of(Sphere{0.5}, {0.6 * n, Quat::Identity()}, Plane{}, {Vec3::Zero(), tilt});
     ASSERT_EQ(contacts.size(), 1u);
-    EXPECT_NEAR(contacts[0].at.gap, 0.1, gap_rounding);
-    EXPECT_LE((contacts[0].at.n - n).norm(), gap_rounding);
+    EXPECT_NEAR(contacts[0].at.gap, 0.1, distance_rounding);
+    EXPECT_LE((contacts[0].at.n - n).norm(), distance_rounding);
 }
 
 TEST(narrow_phase, every_part_of_a_compound_touches_by_itself) {
@@ -137,9 +137,9 @@ TEST(narrow_phase, every_part_of_a_compound_touches_by_itself) {
         {{Sphere{0.5}, at(-1, 0, 0)}, {Box{Vec3(1, 0.1, 0.1)}, Pose{}}, {Sphere{0.5}, at(1, 0, 0)}}};
     const auto contacts = contacts_of(dumbbell, at(0, 0, 0.51), Plane{}, Pose{}, 0.1);
     ASSERT_EQ(contacts.size(), 2u);
-    EXPECT_NEAR(contacts[0].at.a.x(), -1.0, gap_rounding);
-    EXPECT_NEAR(contacts[1].at.a.x(), 1.0, gap_rounding);
-    EXPECT_NEAR(contacts[0].at.gap, 0.01, gap_rounding);
+    EXPECT_NEAR(contacts[0].at.a.x(), -1.0, distance_rounding);
+    EXPECT_NEAR(contacts[1].at.a.x(), 1.0, distance_rounding);
+    EXPECT_NEAR(contacts[0].at.gap, 0.01, distance_rounding);
     EXPECT_LT(contacts[0].feature.id, contacts[1].feature.id);
 
     // Two of them, crossed: box upon box, the balls beside.
@@ -147,10 +147,10 @@ TEST(narrow_phase, every_part_of_a_compound_touches_by_itself) {
     const auto crossed = contacts_of(dumbbell, above, dumbbell, Pose{}, 0.05);
     ASSERT_EQ(crossed.size(), 4u);
     for (const FoundContact& contact : crossed) {
-        EXPECT_NEAR(contact.at.gap, -0.01, gap_rounding);
-        EXPECT_LE((contact.at.n - Vec3(0, 0, 1)).norm(), gap_rounding);
+        EXPECT_NEAR(contact.at.gap, -0.01, distance_rounding);
+        EXPECT_LE((contact.at.n - Vec3(0, 0, 1)).norm(), distance_rounding);
     }
-    EXPECT_NEAR(separation({dumbbell, above}, {dumbbell, Pose{}}), -0.01, gap_rounding);
+    EXPECT_NEAR(separation({dumbbell, above}, {dumbbell, Pose{}}), -0.01, distance_rounding);
 }
 
 TEST(narrow_phase, a_compound_of_one_part_equals_the_shifted_part) {
@@ -187,7 +187,7 @@ TEST(narrow_phase, separation_is_no_more_than_the_sampled_distance_of_boxes) {
         const double s = separation({box_a, a}, {box_b, b});
         // Apart, the separation bounds the distance from below. Overlapping, moving out by the depth frees
         // every point of a, so none lies deeper inside b.
-        EXPECT_LE(s, sampled + gap_rounding);
+        EXPECT_LE(s, sampled + distance_rounding);
         EXPECT_NEAR(separation({box_b, b}, {box_a, a}), s, 1e-12);
         // Contacts within the margin exist exactly if the separation is.
         EXPECT_EQ(!contacts_of(box_a, a, box_b, b, 0.0).empty(), s <= 0.0);

@@ -13,16 +13,16 @@ using namespace sim;
 namespace {
 
 constexpr double enough = 1e-3;    // [m]
-constexpr double rounding = 1e-12; // [m] of two searches for the same depth
+constexpr double search_rounding = 1e-12; // [m] of two searches for the same depth
 
 /// Two bodies near each other, which move on by a little each step.
-struct Pair {
+struct MovingPair {
     Bodies bodies;
     StepSettings settings{.gravity = Vec3::Zero(), .tolerance = enough};
     Workers workers{1};
     Numbers numbers;
 
-    Pair(const Shape& a, const Shape& b, std::uint64_t seed) : numbers(seed) {
+    MovingPair(const Shape& a, const Shape& b, std::uint64_t seed) : numbers(seed) {
         for (const Shape* shape : {&a, &b}) {
             const bool is_plane = std::holds_alternative<Plane>(*shape);
             add_body(bodies, make_props(*shape, is_plane ? 0.0 : 1000.0), {Vec3::Zero(), numbers.orientation()});
@@ -65,7 +65,7 @@ TEST(pair_distances, depths_are_bounded_and_exact_where_they_matter) {
             if (std::holds_alternative<Plane>(a)) {
                 continue;
             }
-            Pair pair(a, b, 7);
+            MovingPair pair(a, b, 7);
             Candidates candidates(pair.bodies, 2, pair.settings, {});
             PairDistances distances(pair.bodies, 2, pair.workers);
             for (int step = 0; step < 60; ++step) {
@@ -82,11 +82,11 @@ TEST(pair_distances, depths_are_bounded_and_exact_where_they_matter) {
                 ASSERT_EQ(candidates.all().size(), 1u);
                 const double exact = std::max(-pair.exact_at(planned), 0.0); // apart, any bound will do
                 const double bound = distances.penetration(candidates.all()[0], planned, enough);
-                EXPECT_GE(std::max(bound, 0.0), exact - rounding) << a.index() << " " << b.index() << " step " << step;
+                EXPECT_GE(std::max(bound, 0.0), exact - search_rounding) << a.index() << " " << b.index() << " step " << step;
                 if (bound > 0.0) {
                     (bound > enough ? deep : shallow) += 1;
                     const double asked = bound > enough ? bound : distances.penetration(candidates.all()[0], planned, 0.0);
-                    EXPECT_NEAR(std::max(asked, 0.0), exact, rounding) << a.index() << " " << b.index() << " step " << step;
+                    EXPECT_NEAR(std::max(asked, 0.0), exact, search_rounding) << a.index() << " " << b.index() << " step " << step;
                 }
                 pair.bodies.pose = planned;
             }

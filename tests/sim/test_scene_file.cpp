@@ -59,7 +59,7 @@ std::vector<BadScene> read_bad_scenes() {
     return cases;
 }
 
-const std::string ball = "[[body]]\nname = \"ball\"\nshape = { kind = \"sphere\", radius = 0.5 }\n";
+const std::string ball_text = "[[body]]\nname = \"ball\"\nshape = { kind = \"sphere\", radius = 0.5 }\n";
 
 /// The smallest good table of each section: keys with their values.
 using Entries = std::vector<std::pair<std::string, std::string>>;
@@ -170,11 +170,11 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     }
     if (path == "joint.spring" || path == "joint.motor") {
         const std::string kind = key == "rest" ? "slider" : "hinge";
-        return ball + "[[joint]]\nname = 'x'\nkind = '" + kind + "'\nbodies = ['ball']\nanchor = [0, 0, 1]\naxis = [0, 1, 0]\n" +
+        return ball_text + "[[joint]]\nname = 'x'\nkind = '" + kind + "'\nbodies = ['ball']\nanchor = [0, 0, 1]\naxis = [0, 1, 0]\n" +
                path.substr(6) + " = { " + table + " }\n";
     }
     if (path == "body.keys") {
-        return ball + "keys = [{ " + table + " }]\n";
+        return ball_text + "keys = [{ " + table + " }]\n";
     }
     if (path == "output.speed_keys") {
         return "[output]\nspeed_keys = [{ " + table + " }]\n";
@@ -188,7 +188,7 @@ std::string scene_with(const std::string& path, const std::string& key, const st
     }
     const bool is_single = std::set<std::string>{"simulation", "output", "light", "overlay", "study"}.contains(path);
     const std::string header = path.empty() ? "" : is_single ? "[" + path + "]\n" : "[[" + path + "]]\n";
-    return (path == "joint" || path == "plot" ? ball : "") + header + table;
+    return (path == "joint" || path == "plot" ? ball_text : "") + header + table;
 }
 
 } // namespace
@@ -233,11 +233,11 @@ TEST(scene_file, jointed_bodies_may_overlap_and_touching_ones_are_no_overlap) {
     const std::string near = "position = [0.9, 0, 0]\n";
     const std::string joint =
         "[[joint]]\nname = \"j\"\nkind = \"ball\"\nbodies = [\"other\", \"ball\"]\nanchor = [0.5, 0, 0]\n";
-    EXPECT_NE(message_of(ball + other + near), "");
-    EXPECT_EQ(message_of(ball + other + near + joint), "");
-    EXPECT_EQ(message_of(ball + other + "position = [1, 0, 0]\n"), "");
-    EXPECT_EQ(message_of(ball + other + near, {"simulation.tolerance=0.11"}), "");
-    EXPECT_EQ(message_of(ball + "static = true\n" + other + near + "static = true\n"), "");
+    EXPECT_NE(message_of(ball_text + other + near), "");
+    EXPECT_EQ(message_of(ball_text + other + near + joint), "");
+    EXPECT_EQ(message_of(ball_text + other + "position = [1, 0, 0]\n"), "");
+    EXPECT_EQ(message_of(ball_text + other + near, {"simulation.tolerance=0.11"}), "");
+    EXPECT_EQ(message_of(ball_text + "static = true\n" + other + near + "static = true\n"), "");
 }
 
 // --- hulls from OBJ files --------------------------------------------------------------------------------
@@ -279,7 +279,7 @@ TEST(scene_file, the_bytes_of_a_logo_come_into_the_scenes_text) {
             png += static_cast<char>(7 * i);
         }
         write_file(folder / "logo.png", png);
-        write_file(folder / "scene.toml", "[overlay]\nlogo = 'logo.png' # ours\n" + ball);
+        write_file(folder / "scene.toml", "[overlay]\nlogo = 'logo.png' # ours\n" + ball_text);
         const SceneDef scene = load_scene(folder / "scene.toml");
         EXPECT_EQ(scene.overlay.logo, png);
         EXPECT_NE(scene.text.find("logo = \"data:image/png;base64,iVBORw0KGgo"), std::string::npos) << scene.text;
@@ -287,7 +287,7 @@ TEST(scene_file, the_bytes_of_a_logo_come_into_the_scenes_text) {
     }
     write_file(folder / "logo.png", std::string("JPEG"));
     EXPECT_THROW(load_scene(folder / "scene.toml"), Error);
-    EXPECT_THROW(parse_scene("[overlay]\nlogo = \"data:image/png;base64,iVBORw0KGgo\"\n" + ball, "s.toml"), Error);
+    EXPECT_THROW(parse_scene("[overlay]\nlogo = \"data:image/png;base64,iVBORw0KGgo\"\n" + ball_text, "s.toml"), Error);
 }
 
 TEST(scene_file, a_byte_order_mark_hides_no_vertex_of_an_obj_file) {
@@ -482,7 +482,7 @@ TEST(scene_file, defaults_are_those_of_the_structs) {
     ASSERT_EQ(scene.cameras.size(), 1u);
     ASSERT_EQ(scene.cameras[0].keys.size(), 1u);
 
-    const SceneDef one = parse_scene(ball, "one.toml");
+    const SceneDef one = parse_scene(ball_text, "one.toml");
     const LookDef look;
     ASSERT_EQ(one.bodies.size(), 1u);
     EXPECT_EQ(one.bodies[0].look.color, look.color);
@@ -585,7 +585,7 @@ drawn = { kind = "cylinder", radius = 1, length = 2 }
 
 TEST(scene_file, orientations_agree_in_all_three_ways) {
     const auto orientation = [](const std::string& line) {
-        return parse_scene(ball + line, "s.toml").bodies.at(0).pose.orientation;
+        return parse_scene(ball_text + line, "s.toml").bodies.at(0).pose.orientation;
     };
     const double c = std::cos(std::numbers::pi / 12);
     const double s = std::sin(std::numbers::pi / 12);
@@ -607,8 +607,8 @@ TEST(scene_file, orientations_agree_in_all_three_ways) {
 }
 
 TEST(scene_file, mass_and_density_give_the_same_homogeneous_body) {
-    const SceneDef by_density = parse_scene(ball + "density = 6\n", "s.toml");
-    const SceneDef by_mass = parse_scene(ball + "mass = 3.14159265358979312\n", "s.toml");
+    const SceneDef by_density = parse_scene(ball_text + "density = 6\n", "s.toml");
+    const SceneDef by_mass = parse_scene(ball_text + "mass = 3.14159265358979312\n", "s.toml");
     EXPECT_NEAR(by_density.bodies[0].mass.mass, std::numbers::pi, 1e-14);
     EXPECT_NEAR(by_mass.bodies[0].mass.mass, std::numbers::pi, 1e-14);
     EXPECT_LE((by_density.bodies[0].mass.inertia - by_mass.bodies[0].mass.inertia).norm(), 1e-14);
@@ -616,14 +616,14 @@ TEST(scene_file, mass_and_density_give_the_same_homogeneous_body) {
 }
 
 TEST(scene_file, srgb_texts_become_linear_light) {
-    const SceneDef scene = parse_scene(ball + "color = \"#ff8000\"\n", "s.toml");
+    const SceneDef scene = parse_scene(ball_text + "color = \"#ff8000\"\n", "s.toml");
     EXPECT_EQ(scene.bodies[0].look.color.x(), 1.0);
     EXPECT_NEAR(scene.bodies[0].look.color.y(), 0.2158605, 1e-7); // IEC 61966-2-1 of 128 / 255
     EXPECT_EQ(scene.bodies[0].look.color.z(), 0.0);
 }
 
 TEST(scene_file, overrides_reach_every_kind_of_place) {
-    const std::string text = ball + "velocity = [1, 2, 3]\n";
+    const std::string text = ball_text + "velocity = [1, 2, 3]\n";
     const std::vector<std::string> overrides{"simulation.tolerance=1e-6",  "simulation.impacts=stop",
                                              "simulation.time_step=1/500", "body.ball.velocity.1 = -7",
                                              "body.0.shape.radius=0.25",   "body.ball.color=#ffffff",
@@ -644,7 +644,7 @@ TEST(scene_file, overrides_reach_every_kind_of_place) {
 }
 
 TEST(scene_file, joints_to_the_world_have_no_second_body) {
-    const SceneDef scene = parse_scene(ball + R"(
+    const SceneDef scene = parse_scene(ball_text + R"(
 [[joint]]
 name = "one"
 kind = "ball"
@@ -675,7 +675,7 @@ TEST(scene_file, names_may_have_spaces_and_any_letters) {
 }
 
 TEST(scene_file, scene_without_a_camera_has_all_bodies_in_view) {
-    const SceneDef scene = parse_scene(ball + "position = [100, 0, 7]\n", "s.toml");
+    const SceneDef scene = parse_scene(ball_text + "position = [100, 0, 7]\n", "s.toml");
     ASSERT_EQ(scene.cameras.size(), 1u);
     const CameraKey& key = scene.cameras[0].keys.at(0);
     EXPECT_LE((key.target - Vec3(100, 0, 7)).norm(), 1e-12);

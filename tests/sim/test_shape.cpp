@@ -14,7 +14,7 @@ using namespace sim;
 
 namespace {
 
-const Quat tilted = Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
+const Quat some_turn = Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
 
 /// Rounding of some tens of operations.
 constexpr double relative_rounding = 1e-13;
@@ -54,7 +54,7 @@ void sample(const Sphere& sphere, const Pose& pose, Sampled& sampled) {
 
 Compound example_compound() {
     return {{{Sphere{0.5}, {Vec3(0.1, -0.2, 0.3), Quat::Identity()}},
-             {Box{Vec3(0.2, 0.3, 0.9)}, {Vec3(-0.4, 0.1, 0.7), tilted}}}};
+             {Box{Vec3(0.2, 0.3, 0.9)}, {Vec3(-0.4, 0.1, 0.7), some_turn}}}};
 }
 
 } // namespace
@@ -78,13 +78,13 @@ TEST(shape, two_half_boxes_are_one_box) {
     const Vec3 place(3, -2, 5);
     Compound halves;
     for (const double x : {-0.5, 0.5}) {
-        halves.parts.push_back({Box{Vec3(0.5, 0.5, 0.5)}, {place + tilted * Vec3(x, 0, 0), tilted}});
+        halves.parts.push_back({Box{Vec3(0.5, 0.5, 0.5)}, {place + some_turn * Vec3(x, 0, 0), some_turn}});
     }
     const MassProperties whole = mass_properties(Box{Vec3(1, 0.5, 0.5)}, 7.0);
     const MassProperties p = mass_properties(halves, 7.0);
     EXPECT_NEAR(p.mass, whole.mass, 1e-12);
     EXPECT_LE((p.centre_of_mass - place).norm(), 1e-14 * place.norm() * 10);
-    const Mat3 r = tilted.toRotationMatrix();
+    const Mat3 r = some_turn.toRotationMatrix();
     expect_near(p.inertia, r * whole.inertia * r.transpose());
 }
 
@@ -196,8 +196,8 @@ TEST(shape, shifting_keeps_the_place_in_the_world) {
     const Vec3 origin(0.3, -0.1, 0.2);
     for (const Shape& shape : {Shape(Box{Vec3(1, 2, 3)}), Shape(Sphere{0.7}), Shape(example_compound()),
                                Shape(Cylinder{0.4, 0.9}), Shape(Capsule{0.2, 0.5}), tetrahedron()}) {
-        const Pose pose{Vec3(4, 5, 6), tilted};
-        const Pose moved{pose * origin, tilted};
+        const Pose pose{Vec3(4, 5, 6), some_turn};
+        const Pose moved{pose * origin, some_turn};
         const Bounds a = bounds(shape, pose);
         const Bounds b = bounds(shifted(shape, origin), moved);
         EXPECT_LE((a.lower - b.lower).norm(), 1e-14);
@@ -207,7 +207,7 @@ TEST(shape, shifting_keeps_the_place_in_the_world) {
 }
 
 TEST(shape, bounds_are_those_of_sampled_surfaces) {
-    const Pose pose{Vec3(-1, 2, 0.5), tilted};
+    const Pose pose{Vec3(-1, 2, 0.5), some_turn};
     const Box box{Vec3(0.5, 1.0, 0.25)};
     const Sphere sphere{0.4};
     const Compound compound = example_compound();
@@ -238,7 +238,7 @@ TEST(shape, bounds_are_those_of_sampled_surfaces) {
 }
 
 TEST(shape, bounds_of_cylinder_capsule_and_hull_are_how_far_they_reach) {
-    const Pose pose{Vec3(-1, 2, 0.5), tilted};
+    const Pose pose{Vec3(-1, 2, 0.5), some_turn};
     for (const Shape& shape : {Shape(Cylinder{0.4, 0.9}), Shape(Capsule{0.2, 0.5}), tetrahedron()}) {
         const Bounds b = bounds(shape, pose);
         for (int axis = 0; axis < 3; ++axis) {
@@ -277,6 +277,6 @@ TEST(shape, json_reads_back_to_the_same_doubles) {
     for (int i = 0; i < 3; ++i) {
         EXPECT_EQ(part["position"][i].get<double>(), compound.parts[1].body_from_part.position[i]);
     }
-    EXPECT_EQ(part["orientation"][0].get<double>(), tilted.w());
-    EXPECT_EQ(part["orientation"][3].get<double>(), tilted.z());
+    EXPECT_EQ(part["orientation"][0].get<double>(), some_turn.w());
+    EXPECT_EQ(part["orientation"][3].get<double>(), some_turn.z());
 }
