@@ -112,7 +112,7 @@ std::unique_ptr<Simulation> simulate_to_accuracy(const std::string& input, sim::
             continue;
         }
         processor_time += simulation->processor_time();
-        is_done = search.add({simulation->take_kept_states()});
+        is_done = search.add({simulation->take_kept_states(), simulation->summary().totals.interval()});
     }
     simulation->finish_record();
     result = result_of(search, processor_time);

@@ -39,6 +39,9 @@ constexpr double far_away = 64.0;
 constexpr double sure_order = 1.5;
 constexpr double sure_share = 2.0;
 
+/// The next step is at most this share [-] of the last run's intervals.
+constexpr double shorter = 0.7;
+
 /// Parts [-] of the first step beyond which none is divided.
 constexpr std::int64_t most_parts = 1 << 14;
 
@@ -137,7 +140,7 @@ void AccuracySearch::find_estimate() {
             last.push_back(&*run);
         }
     }
-    const auto power = [&](std::size_t k, double p) { return std::pow(last[k]->time_step.value(), p); };
+    const auto power = [&](std::size_t k, double p) { return std::pow(last[k]->interval, p); };
     order_ = 1.0;
     if (last.size() == 3 && std::isfinite(last[1]->difference) && last[1]->difference > 0.0) {
         const double ratio = last[0]->difference / last[1]->difference;
@@ -162,7 +165,7 @@ bool AccuracySearch::is_chaotic() const {
     for (std::size_t k = runs_.size(); k-- > 2 && stuck < 2;) {
         const double now = runs_[k].determined_until;
         const double then = runs_[k - 1].determined_until;
-        const double times = std::log2(runs_[k - 1].time_step.value() / runs_[k].time_step.value());
+        const double times = std::log2(runs_[k - 1].interval / runs_[k].interval);
         if (then <= 0.0 || now > then * std::pow(least_growth, times) || !runs_[k].stopped.empty()) {
             return false;
         }
@@ -177,6 +180,7 @@ bool AccuracySearch::add(Motion motion) {
     }
     AccuracyRun run{.time_step = step_of(parts_),
                     .tolerance = tolerance_of(parts_),
+                    .interval = motion.interval,
                     .difference = std::numeric_limits<double>::infinity()};
     const bool is_first = before_.states.empty();
     if (!is_first) {
@@ -185,7 +189,7 @@ bool AccuracySearch::add(Motion motion) {
     runs_.push_back(run);
     before_ = std::move(motion);
     if (is_first) {
-        parts_ *= 2;
+        shorten(2);
         return false;
     }
     find_estimate();
@@ -201,8 +205,17 @@ bool AccuracySearch::add(Motion motion) {
         end_ = AccuracyEnd::missed;
         return true;
     }
-    parts_ = std::min(parts_ * (run.difference > far_away * asked_ ? 4 : 2), most_parts);
+    shorten(run.difference > far_away * asked_ ? 4 : 2);
     return false;
+}
+
+/// factor: of the next run's step, at least.
+void AccuracySearch::shorten(std::int64_t factor) {
+    parts_ *= factor;
+    while (parts_ < most_parts && step_of(parts_).value() > shorter * runs_.back().interval) {
+        parts_ *= 2;
+    }
+    parts_ = std::min(parts_, most_parts);
 }
 
 bool AccuracySearch::add_stopped(const std::string& message) {

@@ -14,6 +14,7 @@ struct AccuracyRun {
     sim::Rational time_step{};      ///< [s]
     double tolerance = 0.0;         ///< [m]
     std::string stopped{};          ///< why it has no motion; empty: it has
+    double interval = 0.0;          ///< [s] into which its steps were divided, root mean square over time
     double difference = 0.0;        ///< [m] root mean square over bodies and instants; of the first run: infinite
     double determined_until = 0.0;  ///< [s] the last instant up to which no body is farther than asked from its other place
     double mean_difference = 0.0;   ///< [m] largest distance of the common centre of mass from its other place
@@ -25,9 +26,10 @@ enum class AccuracyEnd {
     missed,  ///< the shortest step that is tried does not
 };
 
-/// Successive steps h_1 > h_2 > ... give motions x_k. Where x_k - x = C h_k^p, the differences of three of them tell p, and
-/// with it what is left: |x_k - x| = |x_k - x_(k-1)| / ((h_(k-1) / h_k)^p - 1), Richardson's estimate. Tolerances shrink with
-/// the step, so that what they leave is seen in the differences too.
+/// Successive intervals h_1 > h_2 > ... give motions x_k. Where x_k - x = C h_k^p, the differences of three of them tell p, and
+/// with it what is left: |x_k - x| = |x_k - x_(k-1)| / ((h_(k-1) / h_k)^p - 1), Richardson's estimate. Intervals are the steps,
+/// but where these are divided: two steps that are divided into the same intervals tell nothing. Tolerances shrink with the step,
+/// so that what they leave is seen in the differences too.
 class AccuracySearch {
 public:
     /// asked: [m] > 0.
@@ -57,6 +59,7 @@ private:
     void compare(const Motion& motion, AccuracyRun& run) const;
     void find_estimate();
     bool is_chaotic() const;
+    void shorten(std::int64_t factor);
 
     const sim::SceneDef scene_;
     double asked_;

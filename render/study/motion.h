@@ -10,6 +10,7 @@ namespace study {
 /// Snapshots at equal distances in time, the first one the start.
 struct Motion {
     std::vector<sim::Snapshot> states;
+    double interval = 0.0; ///< [s] that the scheme advanced by, root mean square over time; 0: not known
 };
 
 /// Root mean square [m] of how far the mass of a body is from where another pose puts it: every point of the

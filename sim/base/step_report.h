@@ -33,6 +33,7 @@ struct StepReport {
     int contact_iterations = 0;        ///< sweeps over the resting contacts
     int impacts_stopped_at = 0;        ///< times of impact at which the step was divided
     int divisions = 0;                 ///< times the step was halved because it did not converge
+    double interval = 0.0;             ///< [s] into which the step was divided, root mean square over its time
     double residual = 0.0;             ///< [m] largest gap error left by the solve
     double max_penetration = 0.0;      ///< [m] on the geometry of the poses after the step, >= 0
     double energy_gain = 0.0;          ///< [-] see EnergyWatch::gain()

@@ -125,6 +125,7 @@ void StepTotals::add(const StepReport& report, double tolerance) {
     contact_iterations += report.contact_iterations;
     impacts_stopped_at += report.impacts_stopped_at;
     divisions += report.divisions;
+    square_intervals += report.interval * report.interval;
     steps_at_iteration_limit += report.at_iteration_limit ? 1 : 0;
     steps_above_tolerance += report.max_penetration > tolerance ? 1 : 0;
     max_contacts = std::max<std::int64_t>(max_contacts, report.contacts);

@@ -6,6 +6,7 @@
 #include "sim/model/snapshot.h"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -27,6 +28,7 @@ struct StepTotals {
     std::int64_t steps_at_iteration_limit = 0;
     std::int64_t steps_above_tolerance = 0;     ///< that end with a larger overlap than the scene's tolerance
     std::int64_t max_contacts = 0;              ///< of one step
+    double square_intervals = 0.0;              ///< [s^2] sum, see interval()
     double max_energy_gain = 0.0;               ///< [-] see EnergyWatch::gain()
     double max_residual = 0.0;                  ///< [m]
     double max_penetration = 0.0;               ///< [m], geometry of the poses after each step
@@ -34,6 +36,8 @@ struct StepTotals {
 
     /// tolerance: of the scene [m].
     void add(const StepReport& report, double tolerance);
+    /// [s] Into which the steps were divided, root mean square over time; there is one step at least.
+    double interval() const { return std::sqrt(square_intervals / static_cast<double>(steps)); }
 };
 
 /// One thing that a preset promises of a scene, and what was reached; NaN: not known.

@@ -69,14 +69,6 @@ std::vector<BodyPair> jointed_pairs(std::span<const Joint> joints) {
     return pairs;
 }
 
-/// Has the body no corners, edges or rims? It may turn twice as far: what touches hardly depends on how it has turned, and a top is
-/// not divided where the study of its accuracy wants to see what the step does (`accuracy.says_until_when...`).
-bool is_of_balls(const Shape& shape) {
-    const auto is_ball = [](const CompoundPart& part) { return std::holds_alternative<Sphere>(part.shape); };
-    const auto* const compound = std::get_if<Compound>(&shape);
-    return std::holds_alternative<Sphere>(shape) || (compound != nullptr && std::ranges::all_of(compound->parts, is_ball));
-}
-
 /// An impact changes the loads of all bodies that loads connect with it. What acted before the instant is the last interval's
 /// for each of their contacts alike, or bodies between two contacts would be told a velocity that they never have.
 void touch_connected(std::span<const int> connected, std::span<char> touched) {
@@ -142,7 +134,9 @@ StepReport WorldState::step() {
     report.at_iteration_limit = std::exchange(begun_at_limit, false);
     work_done = 0;
     progress = 0.0;
+    double cubes = 0.0; // [s^3] of the intervals
     do {
+        cubes += std::pow(interval, 3);
         move(report);
         const std::vector<std::size_t> released = release();
         find_contacts(report);
@@ -150,6 +144,7 @@ StepReport WorldState::step() {
         resolve_collisions(report);
         plan(report);
     } while (progress < 1.0);
+    report.interval = std::sqrt(cubes / h);
     velocity_at_node = contact_solver.velocity_at_node();
     report.energy_gain = energy.gain(bodies, velocity_at_node, energy_in_springs());
     return report;
@@ -282,13 +277,11 @@ void WorldState::restart(std::span<const char> touched) {
 }
 
 /// Of what turns by more than `largest_turn` within dt [s] at these velocities [body_count], the fastest: of bodies in joints, and of
-/// those near contact whose contact points move in the body as it turns, or whose w turns, that is all but balls of equal moments. Of bodies
-/// of balls half of the rate counts.
+/// those near contact whose contact points move in the body as it turns, or whose w turns, that is all but balls of equal moments.
 WorldState::Turn WorldState::fastest_turn(std::span<const Velocity> velocity, double dt) const {
     Turn fastest;
     const auto look_at = [&](std::size_t i) {
-        const double rate = velocity[i].w.norm() * (is_of_balls(bodies.props[i].shape) ? 0.5 : 1.0);
-        if (rate > fastest.rate) {
+        if (const double rate = velocity[i].w.norm(); rate > fastest.rate) {
             fastest = {i, rate};
         }
     };
@@ -315,18 +308,17 @@ WorldState::Turn WorldState::fastest_turn(std::span<const Velocity> velocity, do
 /// Intervals a second that the fastest rotation asks for [1/s]. Throws Error(stopped) beyond `largest_turn_in_step`.
 double WorldState::intervals_for_spin() const {
     const Turn fastest = fastest_turn(bodies.velocity, h);
-    const double spin = bodies.velocity[fastest.body].w.norm();
-    if (fastest.rate > 0.0 && spin * h > largest_turn_in_step) {
+    if (fastest.rate * h > largest_turn_in_step) {
         throw Error(ExitCode::stopped,
                     fmt::format("body '{}' spins at {:.3g} rad/s in contact or in a joint in step {}, expected "
                                 "at most {:.3g} rad/s: {:g} rad a step (contacts)",
-                                names[fastest.body], spin, step_index, largest_turn_in_step / h, largest_turn_in_step));
+                                names[fastest.body], fastest.rate, step_index, largest_turn_in_step / h, largest_turn_in_step));
     }
     return fastest.rate / largest_turn;
 }
 
-/// The same for the vibration of joints under the load of the last interval, which advances by at most a radian: from 2 on
-/// Verlet's scheme is unstable, and gains energy.
+/// The same for the vibration of joints under the load of the last interval: from 2 rad an interval on Verlet's scheme is
+/// unstable, and gains energy.
 double WorldState::intervals_for_joints() const {
     if (joint_rate * h > largest_turn_in_step) {
         throw Error(ExitCode::stopped,
@@ -334,7 +326,7 @@ double WorldState::intervals_for_joints() const {
                                 "rad/s: {:g} rad a step (contacts)",
                                 joint_rate, step_index, largest_turn_in_step / h, largest_turn_in_step));
     }
-    return joint_rate;
+    return joint_rate / largest_turn;
 }
 
 /// Finds the impulses of the next interval: the rest of the step, or all of the next one; shorter if an

@@ -66,6 +66,15 @@ TEST(accuracy, says_until_when_motion_that_is_sensitive_to_everything_is_determi
     EXPECT_LE(run.scene.step.tolerance, 1e-3);
 }
 
+/// Two steps that a fast spin divides into the same intervals would agree, and tell nothing.
+TEST(accuracy, the_next_step_is_shorter_than_what_the_last_was_divided_into) {
+    const sim::SceneDef scene = sim::load_scene(scene_file("laws/free_rotation"));
+    AccuracySearch search(scene, 1e-3);
+    Motion motion{.states = std::vector<sim::Snapshot>(static_cast<std::size_t>(search.instants())), .interval = 1e-3};
+    EXPECT_FALSE(search.add(motion));
+    EXPECT_EQ(search.overrides().front(), "simulation.time_step=\"1/1920\"") << "1/60 by two, until it is 0.7e-3 s at most";
+}
+
 TEST(accuracy, a_step_that_is_too_long_for_the_scene_is_passed_over) {
     AccuracySearch search(sim::load_scene(scene_file("laws/tower")), 1e-3);
     EXPECT_TRUE(search.add_stopped("spins too fast"));

@@ -2,6 +2,7 @@
 /// A search for an accuracy as the program does it, without its files.
 #include "render/study/accuracy.h"
 #include "sim/base/error.h"
+#include "sim/record/summary.h"
 #include "sim/scene/file.h"
 #include "sim/world/world.h"
 
@@ -24,13 +25,15 @@ inline SearchedRun run_scene(const std::string& file, const std::vector<std::str
     SearchedRun run{.scene = sim::load_scene(file, overrides), .motion = {}};
     sim::World world(run.scene, 1);
     run.motion.states.push_back(world.take_snapshot());
+    sim::StepTotals totals;
     const std::clock_t start = std::clock();
     while (static_cast<int>(run.motion.states.size()) < instants) {
         for (std::int64_t i = 0; i < steps; ++i) {
-            world.step();
+            totals.add(world.step(), run.scene.step.tolerance);
         }
         run.motion.states.push_back(world.take_snapshot());
     }
+    run.motion.interval = totals.interval();
     run.cost = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     return run;
 }
