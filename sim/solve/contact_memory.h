@@ -9,9 +9,9 @@ struct PairContacts {
     PairContacts() {} // as with Contact
 
     Manifold manifold;
-    std::size_t blocks = 0;            ///< that its contacts make; see block_count()
     PairMaterial material;
     double least_gap = 0.0;            ///< [m] of its contacts
+    std::uint32_t blocks = 0;          ///< that its contacts make; see block_count()
     bool was_ahead = false;            ///< a contact of it took an impact away that is to be given back
     bool is_struck = false;            ///< a collision of this instant reaches a body of it
     bool is_repaired = false;          ///< it was given other contacts in this solve; see ContactSearch::put_back()

@@ -36,6 +36,11 @@ constexpr double first_tolerance = 1e-7;
 /// At t = 0. Behind those of the scene the world, for joints that hold a body in it; the search does not see it.
 Bodies all_bodies(const SceneDef& scene) {
     Bodies bodies;
+    const std::size_t count = scene.bodies.size() + 1;
+    bodies.props.reserve(count);
+    bodies.pose.reserve(count);
+    bodies.velocity.reserve(count);
+    bodies.inverse_inertia.reserve(count);
     for (const BodyDef& body : scene.bodies) {
         bodies.props.push_back(make_body_props(body));
         bodies.pose.push_back({body.pose.position, body.pose.orientation.normalized()});
