@@ -40,6 +40,9 @@ Vec3 relative_gravity(const Bodies& bodies, const Manifold& manifold, const Step
 
 bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& contact,
                const StepSettings& settings) {
+    if (contact.memory.last_interval > 0.0 && contact.at.gap <= settings.tolerance) {
+        return false; // what it bears still acts: the velocities lack it
+    }
     const auto a = static_cast<std::size_t>(manifold.body_a);
     const auto b = static_cast<std::size_t>(manifold.body_b);
     const Vec3 u_rel = bodies.velocity[a].at(contact.at.a - bodies.pose[a].position) -

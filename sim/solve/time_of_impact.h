@@ -57,8 +57,8 @@ double closing_time(const std::function<double(double)>& gap_at, double gap_earl
 /// Gravity on a less that on b [m/s^2]; a static body has none.
 Vec3 relative_gravity(const Bodies& bodies, const Manifold& manifold, const StepSettings& settings);
 
-/// Is this contact left to time_of_impact, rather than held ahead? It does not touch, and would, falling with the
-/// velocities in `bodies`, touch faster than the resting threshold.
+/// Is this contact left to time_of_impact, rather than held ahead? It neither touches nor bears a load, and would, falling with
+/// the velocities in `bodies`, touch faster than the resting threshold.
 bool is_impact(const Bodies& bodies, const Manifold& manifold, const Contact& contact,
                const StepSettings& settings);
 
