@@ -20,7 +20,7 @@ namespace {
 /// Times the step may be divided by two when its contacts do not converge: down to h / 2^6.
 constexpr int division_limit = 6;
 
-/// A body in contact or in a joint turns by at most this angle [rad] in one interval; the step is divided for it.
+/// Bodies in contact or in a joint turn, and joints vibrate, by at most this angle [rad] in one interval; the step is divided for it.
 constexpr double largest_turn = 0.2;
 
 /// All solves of a step together have the sweeps of this many [-] at their limit.
