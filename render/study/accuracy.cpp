@@ -39,7 +39,8 @@ constexpr double far_away = 64.0;
 constexpr double sure_order = 1.5;
 constexpr double sure_share = 2.0;
 
-/// The next step is at most this share [-] of the last run's intervals.
+/// The next step is at most this share [-] of the last run's intervals: where they are nearly the same, the difference of two
+/// motions tells little.
 constexpr double shorter = 0.7;
 
 /// Parts [-] of the first step beyond which none is divided.

@@ -24,6 +24,14 @@ sim::SceneDef stack(double ratio) {
     return scene;
 }
 
+double fastest_speed(const sim::Snapshot& snapshot) { // [m/s]
+    double speed = 0.0;
+    for (const sim::BodySnapshot& body : snapshot.bodies) {
+        speed = std::max(speed, body.velocity.norm());
+    }
+    return speed;
+}
+
 struct Cost {
     int steps = 0;
     int sweeps = 0;
@@ -40,10 +48,7 @@ Cost cost_of(const sim::SceneDef& scene) {
         ++cost.steps;
         cost.sweeps += report.contact_iterations + report.collision_iterations;
         cost.unconverged += report.at_iteration_limit ? 1 : 0;
-        cost.speed = 0.0;
-        for (const sim::BodySnapshot& body : snapshot.bodies) {
-            cost.speed = std::max(cost.speed, body.velocity.norm());
-        }
+        cost.speed = fastest_speed(snapshot);
         return true;
     });
     return cost;
@@ -74,9 +79,7 @@ TEST(law_stack, a_tower_stands_where_steps_stop_at_impacts) {
         double speed = 0.0;
         run(world, scene, 1.0, [&](const sim::Snapshot& snapshot, const sim::StepReport& report) {
             stops += report.impacts_stopped_at;
-            for (const sim::BodySnapshot& body : snapshot.bodies) {
-                speed = std::max(speed, body.velocity.norm());
-            }
+            speed = std::max(speed, fastest_speed(snapshot));
             return true;
         });
         record({"stack of ten, impacts stopped at", "speed [m/s]", 1.0 / rate, speed, 1e-4});

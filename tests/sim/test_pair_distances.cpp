@@ -12,7 +12,7 @@ using namespace sim;
 
 namespace {
 
-constexpr double enough = 1e-3;    // [m]
+constexpr double enough = 1e-3;           // [m]
 constexpr double search_rounding = 1e-12; // [m] of two searches for the same depth
 
 /// Two bodies near each other, which move on by a little each step.
