@@ -1,5 +1,6 @@
 /// One sweep over batches of blocks. Compiled once for each instruction set; KERNEL names it.
-#include "sim/block/solve.h"
+#include "sim/block/friction.h"
+#include "sim/block/normals.h"
 
 namespace sim {
 namespace {

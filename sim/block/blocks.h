@@ -7,7 +7,7 @@
 /// depends on the order. The two bodies of a block move relative to each other with a twist (u, w) of six numbers, and its
 /// impulses act as a wrench (P, L) on it, so a block has at most six equations however many corners it has. Solved as such,
 /// the answer is unique: normal impulses are the smallest that do it (linear over the face), friction is shared in
-/// proportion to them, and symmetry is kept. The equations stand in solve.h, those of all
+/// proportion to them, and symmetry is kept. The equations stand in visit.h, those of all
 /// loaded contacts of an island at once in newton.h; sweeps over the blocks are projected Gauss-Seidel.
 #include "sim/base/step_report.h"
 #include "sim/base/workers.h"

@@ -1,6 +1,7 @@
 #include "sim/collide/separating_direction.h"
 
 #include "sim/collide/ccd_bridge.h"
+#include "sim/collide/edge_direction.h"
 #include "sim/collide/rim_direction.h"
 #include "sim/model/polytope.h"
 
@@ -14,9 +15,6 @@ namespace {
 /// Gaps that differ by less than this share [-] of the cores' size are equal, by rounding: a face is preferred to other
 /// features then, and a face of a to one of b.
 constexpr double preference = 1e-11;
-
-/// Edges whose cross product is shorter than this [-] are parallel.
-constexpr double parallel_directions = 1e-9;
 
 /// Steps towards a direction along which the cores are apart: at first, which saves passes of the ascent; and at most.
 constexpr int first_steps = 3;
@@ -44,20 +42,6 @@ double inside_of(const Convex& convex, const CoreFeature& face, const Vec3& x) {
         from = to;
     }
     return least;
-}
-
-/// How far inside the ends of both the points lie at which two edges come nearest to each other, across the other one [m];
-/// negative beyond an end, and of parallel ones.
-double inside_of_ends(const CoreFeature& fa, const CoreFeature& fb) {
-    const Vec3 cross = fa.direction.cross(fb.direction);
-    const Vec3 between = fb.point - fa.point;
-    const double scale = cross.squaredNorm();
-    if (scale <= parallel_directions * parallel_directions) {
-        return -1.0;
-    }
-    return std::min(fa.length * scale - std::abs(between.cross(fb.direction).dot(cross)),
-                    fb.length * scale - std::abs(between.cross(fa.direction).dot(cross))) /
-           std::sqrt(scale);
 }
 
 class Ascent {
@@ -229,7 +213,7 @@ private:
                     try_direction(rim_direction(fa, fb, n_), fa, fb);
                 }
             } else if (are_edges(fa, fb)) {
-                try_direction(direction_of_edges(fa, fb, normals_a_[i], normals_b_[j]), fa, fb);
+                try_direction(edge_direction(fa, fb, normals_a_[i], normals_b_[j]), fa, fb);
             }
         });
     }
@@ -313,28 +297,6 @@ private:
         return f.kind == Kind::rim ? f.radius * f.direction.cross(n).norm() : f.radius;
     }
 
-    /// Outward normals of the faces that an edge of a polytope joins, their sum and their cross product; world.
-    struct EdgeNormals {
-        Vec3 left = Vec3::Zero();
-        Vec3 right = Vec3::Zero();
-        Vec3 sum = Vec3::Zero();
-        Vec3 across = Vec3::Zero();
-    };
-
-    static void find_edge_normals(const Convex& convex, const std::vector<CoreFeature>& features,
-                                  std::vector<EdgeNormals>& normals) {
-        normals.assign(features.size(), {});
-        for (std::size_t i = 0; convex.kind == CoreKind::polytope && i < features.size(); ++i) {
-            if (features[i].kind == Kind::edge) {
-                const Polytope::Edge& edge = convex.polytope->edges[static_cast<std::size_t>(features[i].index)];
-                const Vec3& left = convex.polytope->faces[static_cast<std::size_t>(edge.left)].normal;
-                const Vec3& right = convex.polytope->faces[static_cast<std::size_t>(edge.right)].normal;
-                normals[i] = {convex.turned(left), convex.turned(right), convex.turned(left + right), {}};
-                normals[i].across = normals[i].left.cross(normals[i].right);
-            }
-        }
-    }
-
     /// Of a rim and an edge of a polytope: else one of the faces that it joins is as good.
     bool may_be_between_faces(const CoreFeature& fa, const CoreFeature& fb, std::size_t i, std::size_t j) const {
         if (fa.kind == Kind::edge && a_.kind == CoreKind::polytope) {
@@ -342,41 +304,6 @@ private:
         }
         return fb.kind != Kind::edge || b_.kind != CoreKind::polytope ||
                may_be_between(fa, fb, normals_b_[j].left, normals_b_[j].right, worthwhile());
-    }
-
-    /// Across both edges, where the arcs of their outward normals cross.
-    Vec3 direction_of_edges(const CoreFeature& fa, const CoreFeature& fb, const EdgeNormals& of_a,
-                            const EdgeNormals& of_b) const {
-        const bool have_arcs = a_.kind == CoreKind::polytope && b_.kind == CoreKind::polytope;
-        const Vec3 cross = fa.direction.cross(fb.direction);
-        const bool are_parallel = cross.squaredNorm() < parallel_directions * parallel_directions;
-        if (have_arcs && !are_parallel && !arcs_cross(of_a, of_b)) {
-            return Vec3::Zero();
-        }
-        const Vec3 between = fa.point - fb.point;
-        if (are_parallel) {
-            return direction_across(fa.direction, between);
-        }
-        const Vec3 n = cross.normalized();
-        const Vec3 outward = of_b.sum - of_a.sum;
-        const double side = outward.isZero(0.0) ? n.dot(between) : n.dot(outward);
-        return side >= 0.0 ? n : Vec3(-n);
-    }
-
-    /// Unit vector of what `between` has across the unit vector `along`; any, if it has nothing.
-    static Vec3 direction_across(const Vec3& along, const Vec3& between) {
-        const Vec3 across = between - along * along.dot(between);
-        return across.norm() > 0.0 ? Vec3(across.stableNormalized()) : Vec3(along.unitOrthogonal());
-    }
-
-    /// Do the arc of the normals of an edge of a, turned round, and that of an edge of b meet on the unit sphere?
-    static bool arcs_cross(const EdgeNormals& of_a, const EdgeNormals& of_b) {
-        const double b_left = of_a.across.dot(of_b.left);
-        const double b_right = of_a.across.dot(of_b.right);
-        const double a_left = -of_b.across.dot(of_a.left);
-        const double a_right = -of_b.across.dot(of_a.right);
-        return b_left * b_right <= parallel_directions && a_left * a_right <= parallel_directions &&
-               (of_a.left + of_a.right).dot(of_b.left + of_b.right) < 1.0;
     }
 
     /// From the nearest point of b to that of a, at least one of them a vertex. Beyond an edge's end it leads to that end,

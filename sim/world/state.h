@@ -14,6 +14,9 @@
 
 namespace sim {
 
+/// All solves of a step together have the sweeps of this many [-] at their limit.
+inline constexpr int most_solves = 10;
+
 /// World frame, at the present poses.
 void find_inverse_inertia(Bodies& bodies);
 
