@@ -8,6 +8,8 @@
 namespace sim {
 namespace {
 
+using Kind = CoreFeature::Kind;
+
 /// Vertices within this share [-] of the size of the farthest count as equally far.
 constexpr double equally_far = 1e-9;
 
@@ -65,7 +67,6 @@ Vec3 in_part(const Convex& convex, const Vec3& u) {
 }
 
 void add_axis_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
-    using Kind = CoreFeature::Kind;
     const Vec3 axis = convex.axis();
     const Vec3& middle = convex.world_from_part.position;
     const double along = axis.dot(u);
@@ -102,7 +103,6 @@ void for_each_of(const std::vector<std::vector<int>>& of, const std::vector<int>
 }
 
 void add_polytope_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
-    using Kind = CoreFeature::Kind;
     const Polytope& polytope = *convex.polytope;
     const Vec3 local = in_part(convex, u);
     const double limit = polytope.vertices[static_cast<std::size_t>(farthest_vertex(polytope, local))].dot(local) -

@@ -21,7 +21,7 @@ constexpr double off_axis = 1e-3;
 
 /// Slopes that are nearer to 0 than this [-] count as of either sign: where the arc of an edge's normals ends because the rim faces
 /// away beyond, the disc is widest, and its slope there is nothing but rounding.
-constexpr double level = 1e-9;
+constexpr double flat_slope = 1e-9;
 
 /// Directions shorter than this [-] are none.
 constexpr double no_direction = 1e-9;
@@ -255,16 +255,16 @@ bool may_be_between(const CoreFeature& rim, const CoreFeature& edge, Vec3 left, 
     };
     const End l = end(left);
     const End r = end(right);
-    const double highest = l.h_slope > -level * farthest && r.h_slope < level * farthest ? farthest : std::max(l.h, r.h);
-    const double narrowest = l.w_slope < level && r.w_slope > -level ? lean : std::min(l.w, r.w);
+    const double highest = l.h_slope > -flat_slope * farthest && r.h_slope < flat_slope * farthest ? farthest : std::max(l.h, r.h);
+    const double narrowest = l.w_slope < flat_slope && r.w_slope > -flat_slope ? lean : std::min(l.w, r.w);
     if (highest - rim.radius * narrowest < least) {
         return false;
     }
     // Nor is there a maximum where s only rises or only falls.
     const double h_falls = l.h > 0.0 && r.h < 0.0 ? -farthest : std::min(l.h_slope, r.h_slope);
     const double h_rises = l.h < 0.0 && r.h > 0.0 ? farthest : std::max(l.h_slope, r.h_slope);
-    const double w_falls = std::min(l.w_slope, r.w_slope) < level ? lean - 1.0 : std::min(l.w_slope, r.w_slope);
-    const double w_rises = std::max(l.w_slope, r.w_slope) > -level ? 1.0 - lean : std::max(l.w_slope, r.w_slope);
+    const double w_falls = std::min(l.w_slope, r.w_slope) < flat_slope ? lean - 1.0 : std::min(l.w_slope, r.w_slope);
+    const double w_rises = std::max(l.w_slope, r.w_slope) > -flat_slope ? 1.0 - lean : std::max(l.w_slope, r.w_slope);
     return h_falls <= rim.radius * w_rises && h_rises >= rim.radius * w_falls;
 }
 
