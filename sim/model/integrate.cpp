@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -17,6 +18,8 @@ bool nearly_equal(double x, double y) {
 
 /// Angle [rad] a substep of an asymmetric body may turn: the terms of its series become small soon.
 constexpr double substep_angle = 0.1;
+/// Substeps [-] at most: what turns further in a step is no motion, but a solve that came to no end.
+constexpr double most_substeps = 1e5;
 /// Terms of the series below this [-] are rounding; of that angle there are no more than most_terms.
 constexpr double least_term = 1e-17;
 constexpr std::size_t most_terms = 12;
@@ -40,7 +43,7 @@ Quat symmetric_rotation(const Quat& world_from_principal, const Vec3& momentum, 
 Quat asymmetric_rotation(const BodyProps& props, Quat world_from_principal, const Vec3& momentum, double h) {
     const Vec3& inverse = props.inverse_principal_inertia;
     const double angle = momentum.norm() * inverse.maxCoeff() * h; // at most
-    const int substeps = std::max(1, static_cast<int>(std::ceil(angle / substep_angle)));
+    const int substeps = static_cast<int>(std::clamp(std::ceil(angle / substep_angle), 1.0, most_substeps));
     const double s = h / substeps;
     for (int i = 0; i < substeps; ++i) {
         // Terms of degree k in the time, of the whole substep: q[k], l[k], and of s w, w[k].

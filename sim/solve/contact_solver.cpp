@@ -229,7 +229,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     const double joint_tolerance = part_of(settings_.joint_tolerance);
     double part = 1.0; // see iterate()
     for (int outer = 0; !contacts.loop.empty() || group.has_joints; ++outer) {
-        const double residual_before = report.residual;
+        const auto [before, joints_before] = std::pair(report.residual, report.joint_residual);
         report.residual = gaps.measure(outer == 0 && is_guess);
         report.joint_residual =
             group.has_joints ? joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share) : 0.0;
@@ -242,7 +242,9 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
         }
         const int left = settings_.iteration_limit - report.iterations;
         // Where bodies turn so far that another linear solve makes it worse, only a shorter interval helps.
-        if (left <= 0 || outer == most_rounds || (outer > 1 && report.residual > std::max(residual_before, gap_tolerance))) {
+        const bool diverges = outer > 1 && (report.residual > std::max(before, gap_tolerance) ||
+                                            report.joint_residual > std::max(joints_before, joint_tolerance));
+        if (left <= 0 || outer == most_rounds || diverges) {
             break;
         }
         if (are_closed) { // what the joints still miss is far less than gaps may be wrong, and sweeps would open them again

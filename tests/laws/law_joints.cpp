@@ -171,6 +171,75 @@ TEST(law_joints, an_over_constrained_loop_neither_drifts_nor_explodes) {
     }
 }
 
+/// Straight between two walls, no first-order turning lengthens the chain: each linear solve asks for more, without end, and what
+/// turns by 1e9 rad in a step takes for ever to predict. At the default settings.
+TEST(law_joints, a_chain_that_is_taut_between_walls_stays_there) {
+    sim::SceneDef scene = law_scene(microseconds(1000));
+    scene.step = {};
+    const int frame = add_frame(scene);
+    int before = frame;
+    for (int i = 0; i < 4; ++i) {
+        const int plank = add_box(scene, {0.14, 0.4, 0.02}, {Vec3(0.3 * i + 0.15, 0, 0), Quat::Identity()}, {}, 700.0);
+        add_joint(scene, sim::JointKind::hinge, {plank, before}, {0.3 * i, 0, 0});
+        before = plank;
+    }
+    add_joint(scene, sim::JointKind::hinge, {before, frame}, {1.2, 0, 0});
+    sim::World world(scene);
+    double gap = 0.0, sag = 0.0;
+    run(world, scene, 0.2, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+        gap = std::max(gap, largest_joint_gap(scene, s));
+        sag = std::max(sag, std::abs(s.bodies[static_cast<std::size_t>(before)].position.z()));
+        EXPECT_FALSE(report.at_iteration_limit);
+        EXPECT_LE(report.energy_gain, sim::energy_gain_allowed);
+        return true;
+    });
+    record({"four planks taut between walls", "joint gap in 0.2 s [m]", 1e-3, gap, 2e-10});
+    record({"four planks taut between walls", "sag [m]", 1e-3, sag, 1e-4});
+    EXPECT_LE(gap, 2e-10);
+    EXPECT_LE(sag, 1e-4); // a gap of 1e-10 m in each joint gives way to 1e-5 m
+}
+
+/// As the rods of a locomotive: where both cranks lie along the coupler, the loop may also go on as a crossed one, and its joints'
+/// equations have no full rank. A motor of 100 N m turns it through at 6 rad/s. Rods of 1 kg, the default settings.
+TEST(law_joints, coupled_cranks_pass_their_dead_centres) {
+    constexpr double length = 0.2, distance = 0.6; // [m] of a crank; of their axles
+    for (const double start : {0.5 * pi, 1.5 * pi, pi / 6}) {
+        sim::SceneDef scene = law_scene(microseconds(1000));
+        scene.step = {};
+        const int frame = add_frame(scene);
+        const Vec3 arm = length * Vec3(std::cos(start), 0, std::sin(start));
+        const auto add_rod = [&](const Vec3& middle, const Vec3& along) {
+            const Quat turn = sim::rotation_between(Vec3::UnitX(), along.normalized());
+            return add_box(scene, {0.5 * along.norm(), 0.015, 0.015}, {middle, turn}, {}, 1.0 / (along.norm() * 0.03 * 0.03));
+        };
+        const int crank = add_rod(0.5 * arm, arm);
+        const int other = add_rod(0.5 * arm + distance * Vec3::UnitX(), arm);
+        const int coupler = add_rod(arm + Vec3(0.5 * distance, 0.1, 0), distance * Vec3::UnitX());
+        const auto hinge = sim::JointKind::hinge;
+        add_joint(scene, hinge, {crank, frame}, Vec3::Zero());
+        scene.joints.back().motor = {6.0, 100.0};
+        add_joint(scene, hinge, {other, frame}, {distance, 0, 0});
+        add_joint(scene, hinge, {coupler, crank}, arm + Vec3(0, 0.1, 0));
+        add_joint(scene, hinge, {coupler, other}, arm + Vec3(distance, 0.1, 0));
+        sim::World world(scene);
+        double gap = 0.0, speed = 0.0;
+        int unconverged = 0;
+        run(world, scene, 2.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+            gap = std::max(gap, largest_joint_gap(scene, s));
+            speed = std::max(speed, s.bodies[static_cast<std::size_t>(coupler)].velocity.norm());
+            unconverged += report.at_iteration_limit ? 1 : 0;
+            return true;
+        });
+        const std::string name = fmt::format("coupled cranks from {:.0f} degrees on", start * 180 / pi);
+        record({name, "joint gap in 2 s [m]", 1e-3, gap, 1e-8});
+        record({name, "coupler's speed [m/s]", 1e-3, speed, 2.0});
+        record({name, "steps that do not converge", 1e-3, static_cast<double>(unconverged), 2});
+        EXPECT_LE(gap, 1e-8) << name;
+        EXPECT_LE(speed, 2.0) << name; // 6 rad/s at 0.2 m; crossed, the other crank runs faster at times
+        EXPECT_LE(unconverged, 2) << name;
+    }
+}
+
 /// What a film-maker builds: joints among contacts, at the default settings.
 struct LoadedRun {
     int unconverged = 0;
