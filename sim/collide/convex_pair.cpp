@@ -1,6 +1,6 @@
 #include "sim/collide/convex_pair.h"
 
-#include "sim/collide/separating_direction.h"
+#include "sim/collide/feature_contacts.h"
 #include "sim/model/polytope.h"
 
 #include <algorithm>
@@ -24,38 +24,13 @@ constexpr double end_cosine = 0.70710678;
 /// Share [-] of the size by which a point may stick out of a face and still count as inside.
 constexpr double aligned_features = 1e-6;
 
-/// Edges and axes that cross at less than this angle [rad] also touch at the ends of what they share; at less than
-/// the other, only there.
-constexpr double nearly_parallel_edges = 0.05;
-constexpr double parallel = 1e-5;
-
-/// Cores nearer than this share [-] of the sizes tell no direction.
-constexpr double same_point = 1e-6;
-
 /// Contacts nearer to each other than this share [-] of the sizes are at one place.
 constexpr double same_place = 1e-3;
-
-/// Gaps that differ by less than this share [-] of the size are one.
-constexpr double same_gap = 1e-10;
 
 /// Well apart: by this share [-] of both bodies' sizes.
 constexpr double well_apart = 1e-3;
 
 using Kind = CoreFeature::Kind;
-
-Vec3 in_frame(const Pose& pose, const Vec3& x) {
-    return pose.orientation.conjugate() * (x - pose.position);
-}
-
-/// Id of a contact within its pair of parts: its group above, which orders the contacts, its features below.
-std::uint64_t contact_id(std::uint64_t group, std::uint64_t first, std::uint64_t second, std::uint64_t third) {
-    std::uint64_t hash = first;
-    for (const std::uint64_t x : {second, third}) {
-        hash = hash * 0x9E3779B97F4A7C15u + x + 1; // Fibonacci hashing (Knuth, vol. 3, sec. 6.4)
-        hash ^= hash >> 29;
-    }
-    return (group << 28) | (hash & ((std::uint64_t{1} << 28) - 1));
-}
 
 /// A flat surface that another body lies on: a face of a convex part, or a half space without rim.
 struct Ground {
@@ -157,13 +132,10 @@ private:
         }
     }
 
-    /// The lowest point of a cylinder's cross-section at t [m] along its axis.
-    void add_rim(double t, std::uint64_t code) {
+    /// A cylinder's cross-section at t [m] along its axis.
+    Foot rim_foot(double t, std::uint64_t code) const {
         const Vec3 axis = convex_.axis();
-        const Vec3 centre = convex_.world_from_part.position + t * axis;
-        if (is_inside(lowest_rim_point(centre, axis, convex_.radius, ground_.normal))) {
-            feet_.push_back({.core = centre, .code = code, .axis = axis, .rim_radius = convex_.radius});
-        }
+        return {.core = convex_.world_from_part.position + t * axis, .code = code, .axis = axis, .rim_radius = convex_.radius};
     }
 
     /// Both ends of the lowest segment of a capsule (radius 0) or a cylinder's side, as far as it lies over the ground.
@@ -190,7 +162,7 @@ private:
         for (const double t : {to, from}) {
             const std::uint64_t code = (t == to ? 0u : 1u) + (std::abs(t) < convex_.half_length ? 2u : 0u);
             if (radius > 0.0) {
-                add_rim(t, code);
+                feet_.push_back(rim_foot(t, code));
             } else {
                 feet_.push_back({.core = middle + t * axis, .radius = convex_.rounding, .code = code});
             }
@@ -211,7 +183,10 @@ private:
         }
         add_clipped(std::move(corners));
         if (convex_.axis().cross(ground_.normal).norm() > flat_end) {
-            add_rim(end == 0 ? convex_.half_length : -convex_.half_length, static_cast<std::uint64_t>(end));
+            const Foot rim = rim_foot(end == 0 ? convex_.half_length : -convex_.half_length, static_cast<std::uint64_t>(end));
+            if (is_inside(lowest_rim_point(rim.core, rim.axis, rim.rim_radius, ground_.normal))) {
+                feet_.push_back(rim);
+            }
         }
     }
 
@@ -291,7 +266,7 @@ FoundContact foot_contact(const Ground& ground, const Convex& convex, const Foot
     return contact;
 }
 
-/// All feet of a body on a ground with gap <= margin. least [m]: gaps below it are raised to it (see allowance).
+/// All feet of a body on a ground with gap <= margin. least [m]: see add_raised().
 void ground_contacts(const Ground& ground, const Convex& convex, const ContactList& list,
                      double least = -std::numeric_limits<double>::infinity()) {
     std::vector<FoundContact>& contacts = list.contacts;
@@ -299,124 +274,21 @@ void ground_contacts(const Ground& ground, const Convex& convex, const ContactLi
     for (const Foot& foot : Footing(ground, convex).find()) {
         // Rims first: what a block's first contact is decides how the others are measured.
         const std::uint64_t group = (ground.is_a ? 1 : 3) + (foot.rim_radius > 0.0 ? 0u : 1u);
-        FoundContact contact = foot_contact(
-            ground, convex, foot, list.id_base + contact_id(group, static_cast<std::uint64_t>(ground.index), foot.code, 0));
-        if (contact.at.gap < least) {
-            contact.feature.allowance = least - contact.at.gap;
-            contact.at.gap = least;
-        }
-        if (contact.at.gap <= list.margin) {
-            contacts.push_back(contact);
-        }
+        const std::uint64_t id = contact_id(group, static_cast<std::uint64_t>(ground.index), foot.code, 0);
+        add_raised(foot_contact(ground, convex, foot, list.id_base + id), least, list);
     }
     keep_outermost(contacts, first);
 }
 
-/// Where a feature of a touches along the world direction n from b to a, as a point or a line.
-struct Touch {
-    Vec3 core;              ///< [m], world
-    Vec3 line = Vec3::Zero(); ///< unit, world; zero: a point
-    double radius = 0.0;    ///< [m] around the core
-};
-
-/// inwards: unit, into the body.
-Touch touch_of(const Convex& convex, const CoreFeature& feature, const Vec3& inwards) {
-    Touch touch{feature.point, Vec3::Zero(), convex.rounding};
-    if (feature.kind == Kind::edge) {
-        touch.line = feature.direction;
-        touch.radius += feature.radius;
-    } else if (feature.kind == Kind::rim) {
-        touch.core = lowest_rim_point(feature.point, feature.direction, feature.radius, inwards);
-        touch.line = feature.direction.cross(touch.core - feature.point).stableNormalized();
-    }
-    return touch;
-}
-
-/// The contact of two touches: points and lines as such; a plane across n where the lines are parallel, and where the
-/// cores are so near that they tell no direction.
-FoundContact touch_contact(const Convex& a, const Convex& b, const Touch& ta, const Touch& tb, const Vec3& n) {
-    FoundContact contact;
-    ContactFeature& f = contact.feature;
-    const bool line_a = !ta.line.isZero(0.0);
-    const bool line_b = !tb.line.isZero(0.0);
-    const Vec3 cross = ta.line.cross(tb.line);
-    const double core_gap = n.dot(ta.core - tb.core);
-    f.core_a = in_frame(a.world_from_body, ta.core);
-    f.core_b = in_frame(b.world_from_body, tb.core);
-    f.radius_a = ta.radius;
-    f.radius_b = tb.radius;
-    f.direction_a = a.world_from_body.orientation.conjugate() * ta.line;
-    f.direction_b = b.world_from_body.orientation.conjugate() * tb.line;
-    if (line_a && line_b && cross.norm() > parallel) {
-        f.kind = FeatureKind::edges;
-        f.direction_a = cross.dot(n) >= 0.0 ? f.direction_a : Vec3(-f.direction_a);
-    } else if ((line_a && line_b) || core_gap < same_point * (a.size + b.size)) {
-        f.kind = FeatureKind::face_b;
-        f.direction_a.setZero();
-        f.direction_b = b.world_from_body.orientation.conjugate() * n;
-    } else {
-        f.kind = line_a ? FeatureKind::line_a : line_b ? FeatureKind::line_b : FeatureKind::cores;
-    }
-    contact.at = contact_geometry(f, a.world_from_body, b.world_from_body);
-    return contact;
-}
-
-/// Contacts at both ends of what two nearly parallel edges or axes share.
-void shared_ends(const Convex& a, const Convex& b, const SeparatingDirection& best, const ContactList& list) {
-    const CoreFeature& ea = best.a;
-    const CoreFeature& eb = best.b;
-    const double side = ea.direction.dot(eb.direction) >= 0.0 ? 1.0 : -1.0;
-    const double middle_b = ea.direction.dot(eb.point - ea.point);
-    for (const double end : {1.0, -1.0}) {
-        const double end_b = middle_b + end * eb.length;
-        const bool ends_with_a = end * end_b > ea.length;
-        if (end * end_b < -ea.length) {
-            continue; // they share nothing
-        }
-        Touch ta = touch_of(a, ea, best.n);
-        Touch tb = touch_of(b, eb, -best.n);
-        if (ends_with_a) {
-            ta.core = ea.point + end * ea.length * ea.direction;
-            ta.line.setZero();
-        } else {
-            tb.core = eb.point + end * side * eb.length * eb.direction;
-            tb.line.setZero();
-        }
-        FoundContact contact = touch_contact(a, b, ta, tb, best.n);
-        contact.feature.id = list.id_base + contact_id(6, end > 0.0 ? 1 : 0, 0, 0);
-        if (contact.at.gap <= list.margin) {
-            list.contacts.push_back(contact);
-        }
-    }
-}
-
-/// The one contact of two features that are no faces, and the ends of nearly parallel edges.
-void feature_contacts(const Convex& a, const Convex& b, const SeparatingDirection& best, const ContactList& list) {
-    const bool are_edges = best.a.kind == Kind::edge && best.b.kind == Kind::edge;
-    const double sine = are_edges ? best.a.direction.cross(best.b.direction).norm() : 1.0;
-    const bool is_round = a.kind != CoreKind::polytope || b.kind != CoreKind::polytope;
-    const std::size_t first = list.contacts.size();
-    if (are_edges && is_round && sine < nearly_parallel_edges) {
-        shared_ends(a, b, best, list);
-    }
-    if (sine < parallel && list.contacts.size() > first) {
-        return;
-    }
-    FoundContact contact = touch_contact(a, b, touch_of(a, best.a, best.n), touch_of(b, best.b, -best.n), best.n);
-    contact.feature.id =
-        list.id_base + contact_id(5, static_cast<std::uint64_t>(best.a.kind) * 4 + static_cast<std::uint64_t>(best.b.kind),
-                             static_cast<std::uint64_t>(best.a.index), static_cast<std::uint64_t>(best.b.index));
-    list.contacts.push_back(contact);
-}
-
-/// Takes out the contacts after `crossing` that lie at it: the corner of a clipped face where the edges cross is their
-/// contact once more, with another normal, and iterations over two such normals at one point come to no end.
-void drop_at(std::size_t crossing, double distance, std::vector<FoundContact>& contacts) {
-    const Vec3 place = contacts[crossing].at.a;
-    const auto after = contacts.begin() + static_cast<std::ptrdiff_t>(crossing) + 1;
-    contacts.erase(std::remove_if(after, contacts.end(),
-                                  [&](const FoundContact& contact) { return (contact.at.a - place).norm() <= distance; }),
-                   contacts.end());
+/// Takes out the contacts from number `feet` on that lie at one of those from `first` on: the corner of a clipped face where the
+/// edges cross is their contact once more, with another normal, and iterations over two such normals at one point come to no end.
+void drop_at(std::size_t first, std::size_t feet, double distance, std::vector<FoundContact>& contacts) {
+    const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto from = contacts.begin() + static_cast<std::ptrdiff_t>(feet);
+    const auto is_there = [&](const FoundContact& foot) {
+        return std::any_of(begin, from, [&](const FoundContact& at) { return (foot.at.a - at.at.a).norm() <= distance; });
+    };
+    contacts.erase(std::remove_if(from, contacts.end(), is_there), contacts.end());
 }
 
 } // namespace
@@ -428,16 +300,17 @@ void convex_contacts(const Convex& a, const Convex& b, const ContactList& list) 
     if (found.is_beyond || gap > list.margin) {
         return;
     }
+    const std::size_t first = list.contacts.size();
     if (!found.best.is_face()) {
-        feature_contacts(a, b, found.best, list);
+        feature_contacts(a, b, found.best, gap, list);
         const bool cross = found.best.a.kind != Kind::vertex && found.best.b.kind != Kind::vertex;
         if (cross && found.best_face.is_face() && found.best_face.n.dot(found.best.n) > nearly_flat) {
             // The crossing edges keep the face's feet apart, which lie beyond its rim.
             const bool is_a = found.best_face.is_face_of_a;
-            const std::size_t crossing = list.contacts.size() - 1;
+            const std::size_t feet = list.contacts.size();
             ground_contacts(face_ground(is_a ? a : b, is_a ? found.best_face.a : found.best_face.b, is_a),
                             is_a ? b : a, list, gap);
-            drop_at(crossing, same_place * (a.size + b.size), list.contacts);
+            drop_at(first, feet, same_place * (a.size + b.size), list.contacts);
         }
         return;
     }
@@ -445,7 +318,6 @@ void convex_contacts(const Convex& a, const Convex& b, const ContactList& list) 
     const Ground ground = face_ground(is_a ? a : b, is_a ? found.best.a : found.best.b, is_a);
     const Convex& other = is_a ? b : a;
     std::vector<FoundContact>& contacts = list.contacts;
-    const std::size_t first = contacts.size();
     ground_contacts(ground, other, list);
     const double lowest = std::transform_reduce(
         contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),

@@ -82,21 +82,42 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     }
     to_.move_others(bodies, workers_);
     change_.resize(bodies.props.size());
+    guessed_.resize(bodies.props.size());
     was_swept_.resize(bodies.props.size());
     groups_.form(bodies, pairs, joints, to_.solved, workers_);
 }
 
 /// Begins with a guess, without what is uncertain of it: g, the impulses that answered an impact; all of them, from a shorter
 /// interval or an unconverged solve. The gaps are measured without it: those of bodies that all of g may turn by a radian tell
-/// nothing.
+/// nothing. Nor does the rest of the guess where joints hold against it, or their motors: alone, either turns a light body as far,
+/// and what is missed there of gaps and slips, with the square of it, no motion gives that the joints have. Sweeps then come to no
+/// end, but push contacts and joints ever harder against each other. Joints and contacts are measured before any impulse.
 void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, ContactGroup& group) {
     for (const std::size_t i : group.bodies) {
         change_[i] = {};
+        guessed_[i] = to_.velocity[i];
     }
     group.enough = 0.0;
     group.is_swept = false;
     group.contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_, change_);
     take_uncertain(group);
+    if (group.has_joints) {
+        for (const std::size_t i : group.bodies) {
+            std::swap(to_.velocity[i], guessed_[i]);
+        }
+    }
+}
+
+/// Once the targets are set.
+void ContactSolver::give_guess(const Bodies& bodies, ContactGroup& group) {
+    if (group.has_joints && !group.contacts.loop.empty()) {
+        for (const std::size_t i : group.bodies) {
+            to_.velocity[i] = guessed_[i];
+        }
+        joints_.solve(to_.velocity);
+        group.contacts.find_uncertain_work(0, group.contacts.loop.batches.size(), to_.velocity);
+    }
+    give_uncertain(bodies, group);
 }
 
 /// Takes what they changed, change_, out of the velocities of its bodies.
@@ -162,10 +183,12 @@ double ContactSolver::part_of(double tolerance) const {
 int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& converged) {
     Blocks& loop = group.contacts.loop;
     const double tolerance = iteration_tolerance_;
-    const auto is_enough = [&](double change) {
-        return change <= part * group.enough || (loop.stalls() && change <= stall_share * settings_.tolerance / rules_.h);
-    };
     int count = 0;
+    // What never settles comes to an end: a sweep counts as stall_share, and the third power of their sum is let pass.
+    const auto stalled_share = [&] { return std::clamp(std::pow(stall_share * count, 3), stall_share, left_share); };
+    const auto is_enough = [&](double change) {
+        return change <= part * group.enough || (loop.stalls() && change <= stalled_share() * settings_.tolerance / rules_.h);
+    };
     bool has_yielded = false;
     double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
     double missing = 0.0; // [m/s] of the joints, before the last sweep's visits
@@ -234,7 +257,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
         report.joint_residual =
             group.has_joints ? joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share) : 0.0;
         if (outer == 0 && is_guess) {
-            give_uncertain(bodies, group);
+            give_guess(bodies, group);
         }
         const bool are_closed = outer > 0 && report.residual <= left_share * gap_tolerance; // the contacts' gaps
         if (are_closed && report.joint_residual <= joint_tolerance) {

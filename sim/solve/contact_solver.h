@@ -73,6 +73,7 @@ private:
     void set_rules(const StepSettings& settings, double h);
     double part_of(double tolerance) const;
     void begin_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, ContactGroup& group);
+    void give_guess(const Bodies& bodies, ContactGroup& group);
     void take_uncertain(ContactGroup& group);
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
     void give_back(const Bodies& bodies, ContactGroup& group);
@@ -90,6 +91,7 @@ private:
     std::vector<Velocity> at_node_;    ///< see velocity_at_node()
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] by what is uncertain of the guess
+    std::vector<Velocity> guessed_;    ///< [body_count] with what is certain of it, of bodies with joints until these are measured
     std::vector<char> was_swept_;      ///< [body_count] the first sweep of its group was not enough in the last interval
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };

@@ -1,5 +1,5 @@
 /// Joints: the double pendulum's energy, a chain of 50 links, a loop with more hinges than it needs; among contacts, a car that
-/// carries a tower, chains in a tub.
+/// carries a tower, chains in a tub, a light bead that leans on a wall, the shoe of a brake.
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>
@@ -277,12 +277,12 @@ LoadedRun run_loaded(sim::SceneDef scene, double mu, double duration) {
 
 void judge_loaded(const std::string& name, const LoadedRun& found, double sweeps) {
     record({name, "sweeps of a step, mean", 1e-3, found.sweeps, sweeps});
-    record({name, "sweeps of a step, most", 1e-3, static_cast<double>(found.most_sweeps), 400});
+    record({name, "sweeps of a step, most", 1e-3, static_cast<double>(found.most_sweeps), 500});
     record({name, "energy gained in a step, relative", 1e-3, found.energy, sim::energy_gain_allowed});
     record({name, "joint gap [m]", 1e-3, found.gap, 2e-10});
     EXPECT_EQ(found.unconverged, 0) << name;
     EXPECT_LE(found.sweeps, sweeps) << name;
-    EXPECT_LE(found.most_sweeps, 400) << name;
+    EXPECT_LE(found.most_sweeps, 500) << name;
     EXPECT_LE(found.energy, sim::energy_gain_allowed) << name;
     EXPECT_LE(found.gap, 2e-10) << name;
     EXPECT_LE(found.beyond, 1e-3) << name; // as sweeps that stall may leave: 1e-3 m/s of some kg; 1 kg presses with 1e-2 N s
@@ -340,7 +340,71 @@ TEST(law_joints, chains_of_boxes_fall_into_a_tub) {
             }
             before = place;
         }
-        judge_loaded(fmt::format("chain of eight boxes in a tub, seed {}", seed), run_loaded(scene, mu, 1.2), 60.0);
+        judge_loaded(fmt::format("chain of eight boxes in a tub, seed {}", seed), run_loaded(scene, mu, 1.2), 75.0);
+    }
+}
+
+int add_ball(sim::SceneDef& scene, double radius, const Vec3& place, double mass) {
+    return add_sphere(scene, radius, place, material(0.0, 0.4), 3.0 * mass / (4.0 * pi * radius * radius * radius));
+}
+
+/// A ball of 10 kg, hung by a hinge in the middle of body `from`; it touches nothing.
+void hang_load(sim::SceneDef& scene, int from, const Vec3& from_place) {
+    const int load = add_ball(scene, 0.1, from_place - Vec3(0, 0.3, 0.5), 10.0);
+    add_joint(scene, sim::JointKind::hinge, {load, from}, from_place);
+}
+
+// Where what contacts start from acts while the joints that hold against it do not, a light bead is measured where that turns it, by
+// up to a radian; what gaps and slips ask for there no motion gives that the joints have. Sweeps then go on to loads ten times as
+// large, and the bead leaves the wall with a tenth of a metre a second.
+TEST(law_joints, a_light_bead_that_leans_on_a_wall_under_a_load_stays) {
+    for (const double mass : {10.0, 1.0, 0.1, 0.01}) { // [kg]
+        sim::SceneDef scene = law_scene(microseconds(1000));
+        scene.step = {};
+        const int frame = add_frame(scene);
+        add_box(scene, {0.2, 0.5, 0.2}, {Vec3(0.2, 0, 0), Quat::Identity()}, material(0.0, 0.4), 0.0);
+        const int bead = add_ball(scene, 0.02, {-0.02, 0, 0}, mass);
+        add_joint(scene, sim::JointKind::hinge, {bead, frame}, {0.18, 0, 0.1});
+        hang_load(scene, bead, {-0.02, 0, 0});
+        sim::World world(scene);
+        double speed = 0.0; // [m/s]
+        run(world, scene, 0.2, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+            speed = std::max(speed, s.bodies[bead].velocity.norm());
+            EXPECT_FALSE(report.at_iteration_limit);
+            return true;
+        });
+        record({fmt::format("bead of {} kg leans on a wall under 10 kg", mass), "largest speed [m/s]", 1e-3, speed, 1e-3});
+        EXPECT_LT(speed, 1e-3) << mass; // as sweeps that stall may leave
+    }
+}
+
+// The shoe's moment about its hinge, at the distance a of the load and of the touch, c above that: N (a - mu c) = m g a.
+TEST(law_joints, a_brake_with_a_light_shoe_slows_its_drum_by_mu_n) {
+    constexpr double mu = 0.4, a = 0.5, radius = 0.3, shoe_radius = 0.03, start = 8.0; // [-], [m], [m], [m], [rad/s]
+    for (const double mass : {1.0, 0.05}) { // [kg] of the shoe
+        sim::SceneDef scene = law_scene(microseconds(1000));
+        scene.step = {};
+        const int frame = add_frame(scene);
+        const Quat turn = sim::rotation_between(Vec3::UnitZ(), Vec3::UnitY());
+        const int drum = add_cylinder(scene, {radius, 0.05}, {Vec3::Zero(), turn}, material(0.0, mu));
+        add_joint(scene, sim::JointKind::hinge, {drum, frame}, Vec3::Zero());
+        const double inertia = 0.5 * scene.bodies[drum].mass.mass * radius * radius;
+        scene.bodies[drum].angular_velocity = Vec3(0, -start, 0);
+        const Vec3 place(0, 0, radius + shoe_radius);
+        const int shoe = add_ball(scene, shoe_radius, place, mass);
+        add_joint(scene, sim::JointKind::hinge, {shoe, frame}, place - Vec3(a, 0, 0));
+        hang_load(scene, shoe, place);
+        const double slowing = mu * (mass + 10.0) * g * a / (a - mu * shoe_radius) * radius / inertia; // [rad/s^2]
+        sim::World world(scene);
+        double error = 0.0; // [rad/s]
+        run(world, scene, 1.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+            const double law = std::max(start - slowing * s.time, 0.0);
+            error = std::max(error, std::abs(s.bodies[drum].angular_velocity.y() + law));
+            EXPECT_FALSE(report.at_iteration_limit);
+            return true;
+        });
+        record({fmt::format("drum under a shoe of {} kg", mass), "error of its speed, relative", 1e-3, error / start, 1e-3});
+        EXPECT_LT(error / start, 1e-3) << mass;
     }
 }
 

@@ -11,6 +11,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <limits>
+#include <numbers>
+#include <utility>
 
 using namespace sim;
 
@@ -385,6 +387,41 @@ TEST(convex_pair, contacts_of_bodies_that_overlap_a_little_lie_on_both_surfaces)
                 for (const FoundContact& contact : contacts) {
                     EXPECT_NEAR(outside(a.shape, pose_a, contact.at.a), 0.0, 1e-3) << a.name << " on " << b.name << " " << i;
                     EXPECT_NEAR(outside(b.shape, pose_b, contact.at.b()), 0.0, 1e-3) << b.name << " under " << a.name << " " << i;
+                }
+            }
+        }
+    }
+}
+
+// Which end of a line is the lowest changes with the least turn; where one end alone were held, what rests on it would rock.
+TEST(convex_pair, what_lies_along_a_line_touches_at_both_ends_of_it_however_little_it_turns) {
+    const Quat lying(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX()));
+    const Quat on_edge(Eigen::AngleAxisd(0.25 * std::numbers::pi, Vec3::UnitY()));
+    Numbers numbers(23);
+    for (const double length : {0.4, 1.0, 1.6}) {
+        const double end = 0.5 * std::min(length, 1.0);
+        const Named rounds[] = {{"cylinder", Cylinder{0.1, 0.5}}, {"capsule", Capsule{0.1, 0.5}}};
+        const std::pair<Named, Pose> supports[] = {
+            {{"board", Box{Vec3(0.3, 0.5 * length, 0.1)}}, {Vec3(0, 0, -0.1), Quat::Identity()}},
+            {{"edge", Box{Vec3(0.1, 0.5 * length, 0.1)}}, {Vec3(0, 0, -0.1 * std::numbers::sqrt2), on_edge}},
+            {{"cylinder", Cylinder{0.1, 0.5 * length}}, {Vec3(0, 0, -0.1), lying}},
+            {{"capsule", Capsule{0.1, 0.5 * length}}, {Vec3(0, 0, -0.1), lying}}};
+        for (const Named& above : rounds) {
+            for (const auto& [below, pose] : supports) {
+                for (int i = 0; i < 60; ++i) {
+                    const Pose world = numbers.pose(1.0);
+                    const Vec3 turn = std::pow(10.0, numbers.between(-16.0, -5.5)) * numbers.direction();
+                    const Pose turned{Vec3(0, 0, 0.1), Quat(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * lying};
+                    std::vector<FoundContact> contacts;
+                    find_contacts({above.shape, world * turned}, {below.shape, world * pose}, 1e-3, contacts);
+                    const auto is_at = [&](double y) {
+                        const auto is_near = [&](const FoundContact& contact) {
+                            const Vec3 x = world.orientation.conjugate() * (contact.at.a - world.position);
+                            return std::abs(x.y() - y) < 1e-4;
+                        };
+                        return std::ranges::any_of(contacts, is_near);
+                    };
+                    EXPECT_TRUE(is_at(end) && is_at(-end)) << above.name << " on " << below.name << " " << length << " " << i;
                 }
             }
         }
