@@ -135,7 +135,7 @@ void add_strict_option(CLI::App& verb, Options& options) {
     const char* ci = std::getenv("CI");
     options.is_strict = ci != nullptr && std::string_view(ci) == "true";
     verb.add_flag("--strict,!--no-strict", options.is_strict,
-                  "Exit code 5 if a step ends above the tolerance or does not converge; the default where CI=true");
+                  "Exit code 5 if a step ends above the tolerance, does not converge or gains energy; the default where CI=true");
 }
 
 void add_search_options(CLI::App& verb, Options& options) {

@@ -60,7 +60,9 @@ const Keys part_keys =
     orientation_keys;
 
 const Keys material_keys{
-    {"restitution", number, "", none, "e of an impact; 0: no rebound, 1: no loss", unit_interval, ""},
+    {"restitution", number, "", none,
+     "e of an impact; 0: no rebound, 1: no loss. Of two bodies the geometric mean counts, of e as of friction; of one that "
+     "leaves it out the other's", unit_interval, ""},
     {"friction", number, "", none, "sets mu_s and mu_d both", not_negative, ""},
     {"mu_s", number, "", none, "static friction coefficient, at least mu_d; with mu_d", not_negative, ""},
     {"mu_d", number, "", none, "dynamic friction coefficient; with mu_s", not_negative, ""},
@@ -77,7 +79,8 @@ const Keys look_keys{
 };
 
 constexpr const char* release_text =
-    "when it comes: until then it is not there; rounded up to the end of a step. Its place must be free then, else the run ends";
+    "when it comes: until then it is not there; rounded up to the end of a step. Its place must be free then, else the run ends. "
+    "Not of a body in a joint";
 
 const Keys placed_body_keys{
     {"name", text, "", required_key, "how messages, joints, cameras and `--set` call it; unique", any, ""},
@@ -338,7 +341,7 @@ std::vector<SectionSpec> pattern_sections() {
 SectionSpec joint_section() {
     return {"joint",
      "[[joint]]",
-     "Holds two bodies together, or one in the world.",
+     "Holds two bodies together, or one in the world. Two bodies in a joint do not touch each other.",
      {
          {"name", text, "", required_key, "how messages and `--set` call it; unique", any, ""},
          {"kind", choice, "", required_key,
