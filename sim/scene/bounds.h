@@ -8,8 +8,8 @@
 
 namespace sim {
 
-/// Largest turn of a body in contact, and largest phase of joints that vibrate under load, in one step [rad]. Steps are
-/// divided for both, into parts of half a radian or so: beyond, a run would seem to hang.
+/// Largest turn of a body in contact in one step [rad], beyond which a run ends; and largest phase of joints that vibrate under load
+/// for which a step is divided, as for turns, into parts of a fifth of a radian: more, and it would seem to hang.
 inline constexpr double largest_turn_in_step = 2048.0;
 
 /// Farthest a body may travel in one step, in multiples of half its length [-]. Measured: of boxes and balls shot into a

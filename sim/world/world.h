@@ -25,7 +25,7 @@ public:
     World& operator=(World&&) noexcept;
 
     /// Advances by one time step. Throws Error (stopped) with body, step and stage when a state is not finite, or a body in
-    /// contact or in a joint turns, or joints vibrate, by more than `largest_turn_in_step` in it.
+    /// contact or in a joint turns by more than `largest_turn_in_step` in it.
     StepReport step();
 
     /// All that further steps depend on, between two of them. Only the same build of the program understands it.
