@@ -91,16 +91,13 @@ Displacement displacement(const Interval& of, const FoundContact& contact, const
 
 } // namespace
 
-double GapMeasure::measure(bool is_guess) const {
+double GapMeasure::measure() const {
     Blocks& loop = contacts.loop;
     std::atomic<double> worst = 0.0;
     loop.share_batches([&](std::size_t first, std::size_t last) {
         raise_to(worst, contacts.work(RestPhase::measure, first, last, to.velocity));
         for (std::size_t i = first; i < last; ++i) {
             raise_to(worst, measure_others(i));
-        }
-        if (is_guess) {
-            contacts.find_uncertain_work(first, last, to.velocity);
         }
     });
     return worst;

@@ -13,8 +13,7 @@ struct GapMeasure {
 
     /// Gaps and displacements at the predicted poses, and the targets that close them (eq. 8: the velocity change
     /// d_n / h). Returns the largest error [m] of a gap, two-sided where the contact carries load.
-    /// is_guess: finds the work of what is uncertain of it, too; see RestingContacts.
-    double measure(bool is_guess) const;
+    double measure() const;
 
 private:
     double measure_others(std::size_t i) const;

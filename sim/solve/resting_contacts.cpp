@@ -33,7 +33,6 @@ void RestingContacts::begin(const Bodies& bodies, const std::vector<PairContacts
     take_all(bodies, pairs, own);
     sorted_blocks_ = loop.blocks.size();
     start(bodies, pairs, 0, to, uncertain);
-    parts_.resize(loop.batches.size());
 }
 
 void RestingContacts::add(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> added,
@@ -265,7 +264,6 @@ RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_
 
 void RestingContacts::doubt(std::span<Velocity> uncertain) {
     rules_.is_stretched = true;
-    parts_.resize(loop.batches.size());
     loop.share_colours([&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             rest_blocks[i].is_certain = false;
@@ -274,14 +272,14 @@ void RestingContacts::doubt(std::span<Velocity> uncertain) {
     });
 }
 
-void RestingContacts::find_uncertain_work(std::size_t first, std::size_t last, std::span<const Velocity> velocity) {
-    RestWork work = work_of(RestPhase::uncertain_work, first, last, {});
-    work.before = velocity.front().v.data();
-    work.parts = parts_.data() + first;
-    work_on_rest(work);
-}
-
-double RestingContacts::uncertain_work() const {
+double RestingContacts::uncertain_work(std::span<const Velocity> velocity) {
+    parts_.resize(loop.batches.size());
+    loop.share_batches([&](std::size_t first, std::size_t last) {
+        RestWork work = work_of(RestPhase::uncertain_work, first, last, {});
+        work.before = velocity.front().v.data();
+        work.parts = parts_.data() + first;
+        work_on_rest(work);
+    });
     return std::accumulate(parts_.begin(), parts_.end(), 0.0);
 }
 

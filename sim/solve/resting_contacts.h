@@ -37,11 +37,8 @@ public:
     /// All impulses are uncertain: gives those in `uncertain` what they change.
     void doubt(std::span<Velocity> uncertain);
 
-    /// Finds, for batches first..last, the work of the uncertain share against how much faster than their targets the contacts part
-    /// with `velocity`.
-    void find_uncertain_work(std::size_t first, std::size_t last, std::span<const Velocity> velocity);
-    /// Of all batches, once found [J].
-    double uncertain_work() const;
+    /// Work [J] of the uncertain share against how much faster than their targets the contacts part with `velocity`.
+    double uncertain_work(std::span<const Velocity> velocity);
     /// Keeps so much [-] of that share.
     void scale_uncertain(double kept);
 

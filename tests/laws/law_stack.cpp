@@ -165,8 +165,8 @@ void judge_standing(const sim::SceneDef& scene, const std::string& name, double 
     EXPECT_LE(gain, sim::energy_gain_allowed) << name;
 }
 
-/// Each brick as far over the one below that the whole would still stand a fifth farther. Sweeps come to their end slowly: where that
-/// counts as stalled, and their last changes as small enough, the stack falls.
+/// Each brick over the one below by four fifths of what the whole would fall at. Sweeps come to their end slowly: where that counts as
+/// stalled, and their last changes as small enough, the stack falls.
 TEST(law_stack, bricks_that_lean_stand) {
     constexpr int count = 30;
     const Vec3 half(0.1, 0.05, 0.03); // [m]
