@@ -349,13 +349,18 @@ void Blocks::wake() {
     least_change_ = progress_ = std::numeric_limits<double>::infinity();
     stalls_ = false;
     for (Island& island : islands_) {
-        island.compliance = 0.0;
-        island.resists = false;
+        island.is_served = island.resists = false;
+        island.is_extrapolated = true;
     }
 }
 
 /// Repeats a share of what the last sweep did, or begins to watch what sweeps do.
 void Blocks::extrapolate(std::span<Velocity> velocity) {
+    const auto is_due = [](const Island& island) { return island.is_extrapolated; };
+    if (!islands_.empty() && std::ranges::none_of(islands_, is_due)) {
+        extrapolated_.clear();
+        return;
+    }
     if (extrapolated_.empty()) {
         grow(extrapolated_, points.size());
         share(points.size(), [&](std::size_t first, std::size_t last) {
@@ -367,6 +372,11 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
         });
         extrapolation_.start();
         return;
+    }
+    for (const Island& island : islands_) {
+        if (!island.is_extrapolated) {
+            hold(island);
+        }
     }
     const auto work = [&](std::size_t first, std::size_t last, double* along, double share_of_step) {
         extrapolate_batches({.batches = batches.data() + first,
@@ -415,8 +425,10 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
                      const std::function<void()>& close_joints) {
     const bool is_due = !close_joints && sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
-    const bool is_small = is_due && solve_stalled(velocity, skip);
-    if (sweeps_ > plain_sweeps && !is_small) {
+    if (is_due) {
+        solve_stalled(velocity, skip);
+    }
+    if (sweeps_ > plain_sweeps) {
         extrapolate(velocity);
     }
     if (close_joints) {

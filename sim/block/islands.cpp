@@ -1,4 +1,4 @@
-/// Blocks by islands: what Newton's method is tried on, how soft, and what it brought.
+/// Blocks by islands: what Newton's method is tried on, and what it brought.
 #include "sim/block/blocks.h"
 
 #include <algorithm>
@@ -9,12 +9,8 @@
 namespace sim {
 namespace {
 
-/// Compliance of Newton's equations [-] that is tried first; at most 1, as soft as a visit of a block alone.
-constexpr double least_compliance = 1e-3;
 /// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
 constexpr double most_sliding = 0.05;
-/// By which it grows where a step made it worse [-].
-constexpr double compliance_factor = 10.0;
 
 } // namespace
 
@@ -153,49 +149,54 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
     }
 }
 
-/// Judges the last step by what the sweeps since then still changed, and takes it back if that is more than before: then
-/// softer equations are tried. Returns false if none are left to try.
-bool Blocks::next_compliance(Island& island, std::span<Velocity> velocity) {
-    const double change = largest_change(island);
-    if (island.compliance == 0.0) {
-        island.compliance = least_compliance;
-    } else if (change < island.change) {
-        island.compliance = std::max(island.compliance / compliance_factor, least_compliance);
-    } else {
-        restore(island, velocity);
-        island.compliance *= compliance_factor;
-        island.resists = island.compliance > 1.0;
-        return !island.resists;
-    }
-    island.change = change;
-    save(island, velocity);
-    return true;
-}
-
-/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. Returns whether that serves
-/// all of them.
-bool Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
+/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It is judged by what the sweeps
+/// since then still change, and taken back if that is no less than before.
+void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
     if (islands_.empty()) {
         find_islands();
     }
-    bool all = true;
     for (Island& island : islands_) {
-        if (largest_change(island) <= skip) {
+        const double change = largest_change(island);
+        island.is_extrapolated = change > skip;
+        if (!island.is_extrapolated) {
             continue;
         }
-        const bool is_tried = !island.resists && island.is_small && sliding_share(*this, island) <= most_sliding;
-        if (is_tried) {
-            if (next_compliance(island, velocity)) {
-                newton_.step(*this, island, *bodies_, velocity);
-            }
+        const bool is_worse = island.is_served && change >= island.change;
+        if (is_worse) {
+            restore(island, velocity);
+            island.resists = true;
+        }
+        island.is_served = !island.resists && island.is_small && sliding_share(*this, island) <= most_sliding;
+        if (island.is_served) {
+            island.is_extrapolated = false;
+            island.change = change;
+            save(island, velocity);
+            newton_.step(*this, island, *bodies_, velocity);
+        }
+        if (island.is_served || is_worse) {
             for (const int i : island.blocks) {
                 const Block& block = blocks[static_cast<std::size_t>(i)];
                 batch_of(block).seen[2].x[lane_of(block)] = no_point;
             }
         }
-        all = all && is_tried && !island.resists;
     }
-    return all;
+}
+
+/// What Newton's method does is no step of the sweeps: extrapolation goes on from the impulses as they are.
+void Blocks::hold(const Island& island) {
+    for (const int i : island.blocks) {
+        const Block& block = blocks[static_cast<std::size_t>(i)];
+        const BlockBatch& batch = batch_of(block);
+        const std::size_t lane = lane_of(block);
+        for (int k = batch.first; k < batch.first + batch.count; ++k) {
+            const BatchPoint& point = points[static_cast<std::size_t>(k)];
+            ExtrapolatedPoint& before = extrapolated_[static_cast<std::size_t>(k)];
+            const Lanes* const now[] = {&point.p_t[0], &point.p_t[1], &point.p_n};
+            for (std::size_t j = 0; j < 3; ++j) {
+                before.begun[j].x[lane] = before.swept[j].x[lane] = now[j]->x[lane];
+            }
+        }
+    }
 }
 
 } // namespace sim

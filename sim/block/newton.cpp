@@ -10,8 +10,14 @@
 namespace sim {
 namespace {
 
-/// Solutions with one factorisation: each leaves about compliance n^2 of the error of a tower of n.
-constexpr int refinements = 4;
+/// Added to the diagonal of each equation, as a share [-] of the response that its block would have with the island's heaviest
+/// body in place of its lighter one: light bodies do not sink under a heavy one. Solutions with these equations precondition
+/// those without: of most motions the first one leaves such a share, of a tower's bending nearly all.
+constexpr double compliance = 1e-3;
+/// Solutions with one factorisation [-]: at most so many, until that share is left, or one takes less than this share of the square
+/// of what is missing: rigid bodies cannot do it, and would be loaded without bound.
+constexpr int refinements = 8;
+constexpr double least_gain = 0.03;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -143,7 +149,7 @@ void IslandNewton::add_friction_rows(const Blocks& loop, Active& active, const V
     }
 }
 
-void IslandNewton::add_block(const Blocks& loop, int index, double compliance, std::span<const Velocity> velocity) {
+void IslandNewton::add_block(const Blocks& loop, int index, double mass_share, std::span<const Velocity> velocity) {
     const Block& block = loop.blocks[static_cast<std::size_t>(index)];
     const BlockBatch& batch = loop.batches[static_cast<std::size_t>(block.lane) / lane_count];
     const std::size_t lane = Blocks::lane_of(block);
@@ -171,7 +177,7 @@ void IslandNewton::add_block(const Blocks& loop, int index, double compliance, s
     }
     for (std::size_t k = active.first; k < rows_.size(); ++k) {
         Row& row = rows_[k];
-        row.compliance = compliance * row.twist.dot(response * row.twist);
+        row.compliance = compliance * mass_share * row.twist.dot(response * row.twist);
         row.of_a = of_body(row.twist, frame.frame, frame.r_a);
         row.of_b = -of_body(row.twist, frame.frame, frame.r_b);
     }
@@ -254,21 +260,21 @@ void IslandNewton::assemble(const Blocks& loop, std::span<const BodyRows> rows, 
     factors_.compute(matrix_);
 }
 
-/// One solution with the present factors, for what is still missing of the targets.
-void IslandNewton::refine(const Blocks& loop, std::span<const int> place, const Island& island) {
+/// With the present factors, for what is still missing of the targets.
+IslandNewton::Direction IslandNewton::solution(const Blocks& loop, std::span<const int> place, const Island& island) {
     Eigen::VectorXd load = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * island.bodies.size()));
-    const auto for_each = [&](auto&& work) {
+    const auto for_each = [&](auto&& work) { // row, its index, places of its bodies
         for (const Active& active : active_) {
             const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
             const int a = place[static_cast<std::size_t>(block.a)];
             const int b = place[static_cast<std::size_t>(block.b)];
             const auto count = static_cast<std::size_t>(active.normal_rows + active.friction_rows);
             for (std::size_t k = active.first; k < active.first + count; ++k) {
-                work(rows_[k], a, b);
+                work(rows_[k], static_cast<Eigen::Index>(k), a, b);
             }
         }
     };
-    for_each([&](const Row& row, int a, int b) {
+    for_each([&](const Row& row, Eigen::Index, int a, int b) {
         if (a >= 0) {
             load.segment<6>(6 * a) += row.missing / row.compliance * row.of_a;
         }
@@ -277,12 +283,53 @@ void IslandNewton::refine(const Blocks& loop, std::span<const int> place, const 
         }
     });
     change_ = factors_.solve(load);
-    for_each([&](Row& row, int a, int b) {
-        const double moved = (a >= 0 ? row.of_a.dot(change_.segment<6>(6 * a)) : 0.0) +
-                             (b >= 0 ? row.of_b.dot(change_.segment<6>(6 * b)) : 0.0);
-        row.impulse += (row.missing - moved) / row.compliance;
-        row.missing -= moved;
+    const auto size = static_cast<Eigen::Index>(rows_.size());
+    Direction found{Eigen::VectorXd(size), Eigen::VectorXd(size)};
+    for_each([&](const Row& row, Eigen::Index k, int a, int b) {
+        found.moved[k] = (a >= 0 ? row.of_a.dot(change_.segment<6>(6 * a)) : 0.0) +
+                         (b >= 0 ? row.of_b.dot(change_.segment<6>(6 * b)) : 0.0);
+        found.impulse[k] = (row.missing - found.moved[k]) / row.compliance;
     });
+    return found;
+}
+
+/// Impulses that leave least missing (generalised conjugate residuals: Eisenstat, Elman & Schultz 1983, "Variational iterative
+/// methods for nonsymmetric systems of linear equations"). Where blocks ask for more than rigid bodies can do, something is.
+void IslandNewton::refine(const Blocks& loop, std::span<const int> place, const Island& island) {
+    const auto size = static_cast<Eigen::Index>(rows_.size());
+    Eigen::VectorXd weight(size);
+    Eigen::VectorXd missing(size);
+    for (Eigen::Index k = 0; k < size; ++k) {
+        weight[k] = 1.0 / rows_[static_cast<std::size_t>(k)].compliance;
+        missing[k] = rows_[static_cast<std::size_t>(k)].missing;
+    }
+    const auto product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& y) { return x.cwiseProduct(weight).dot(y); };
+    const double enough = compliance * compliance * product(missing, missing);
+    directions_.clear();
+    for (int i = 0; i < refinements && product(missing, missing) > enough; ++i) {
+        Direction next = solution(loop, place, island);
+        for (const Direction& before : directions_) {
+            const double share = product(before.moved, next.moved);
+            next.moved -= share * before.moved;
+            next.impulse -= share * before.impulse;
+        }
+        const double length = std::sqrt(product(next.moved, next.moved));
+        if (!(length > 0.0)) {
+            return;
+        }
+        next.moved /= length;
+        next.impulse /= length;
+        const double step = product(next.moved, missing);
+        if (step * step < least_gain * product(missing, missing)) {
+            return;
+        }
+        missing -= step * next.moved;
+        for (Eigen::Index k = 0; k < size; ++k) {
+            rows_[static_cast<std::size_t>(k)].missing = missing[k];
+            rows_[static_cast<std::size_t>(k)].impulse += step * next.impulse[k];
+        }
+        directions_.push_back(std::move(next));
+    }
 }
 
 /// The impulses found go to the points: normal ones linear over the loaded points, friction in proportion to the load.
@@ -343,14 +390,12 @@ void IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies,
     for (const int i : island.blocks) {
         const Block& block = loop.blocks[static_cast<std::size_t>(i)];
         const double own = std::max(inverse_mass(block.a), inverse_mass(block.b));
-        add_block(loop, i, island.compliance * least / own, velocity);
+        add_block(loop, i, least / own, velocity);
     }
     find_places(loop, island, place);
     assemble(loop, rows, place, island);
     if (factors_.info() == Eigen::Success) {
-        for (int i = 0; i < refinements; ++i) {
-            refine(loop, place, island);
-        }
+        refine(loop, place, island);
         for (const Active& active : active_) {
             give_back(loop, active, rows, velocity);
         }

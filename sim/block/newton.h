@@ -22,10 +22,11 @@ struct Island {
     std::vector<int> bodies; ///< ascending
     std::vector<int> blocks; ///< ascending
 
-    bool is_small = false;   ///< a factorisation is cheaper than the sweeps that it saves
-    double compliance = 0.0; ///< [-] see IslandNewton::step(); 0: none was tried
-    bool resists = false;    ///< no step helps: left to sweeps
-    double change = 0.0;     ///< [m/s] largest of a visit before the last step
+    bool is_small = false;       ///< a factorisation is cheaper than the sweeps that it saves
+    bool is_served = false;      ///< a step was taken when it was looked at last
+    bool resists = false;        ///< one did not help: left to sweeps
+    bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last
+    double change = 0.0;         ///< [m/s] largest of a visit before the last step
     std::vector<Velocity> velocity; ///< [bodies] then
     std::vector<Vec3> impulses;     ///< then, of all points of its blocks: p_t, p_n [N s]
 };
@@ -37,9 +38,6 @@ class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction
     /// is held.
-    /// island.compliance: added to the diagonal of each equation, as a share [-] of the response that its block would have
-    /// with the island's heaviest body in place of its lighter one: light bodies do not sink under a heavy one. Where blocks ask for more than rigid bodies
-    /// can do, a step throws loads by about the inverse of that share.
     void step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity);
 
 private:
@@ -51,6 +49,11 @@ private:
         double compliance = 0.0;           ///< [1/kg], [1/(kg m^2)]
         double missing = 0.0;              ///< [m/s], [rad/s]
         double impulse = 0.0;              ///< found [N s], [N m s]
+    };
+    /// Impulses of the rows, and what velocity they give them.
+    struct Direction {
+        Eigen::VectorXd impulse;
+        Eigen::VectorXd moved;
     };
     /// The equations of a block.
     struct Active {
@@ -66,16 +69,18 @@ private:
         Eigen::Vector2d pressure; ///< centre of the load [m]
         double turning = 0.0;     ///< moment of the load about it [N s m^2]
     };
-    void add_block(const Blocks& loop, int block, double compliance, std::span<const Velocity> velocity);
+    void add_block(const Blocks& loop, int block, double mass_share, std::span<const Velocity> velocity);
     void add_normal_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void find_places(const Blocks& loop, const Island& island, std::span<int> place);
     void assemble(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island);
+    Direction solution(const Blocks& loop, std::span<const int> place, const Island& island);
     void refine(const Blocks& loop, std::span<const int> place, const Island& island);
     void give_back(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const;
 
     std::vector<Active> active_;
     std::vector<Row> rows_;
+    std::vector<Direction> directions_; ///< of one step; `moved` orthonormal, by products of each row per compliance
     std::vector<Eigen::Triplet<double>> entries_;
     Eigen::SparseMatrix<double> matrix_;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>> factors_;

@@ -181,9 +181,10 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
 
 int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {
     int count = 0;
-    const double stalled = stall_share * settings.tolerance / settings.time_step.value();
     const double skip = skip_share * settings.velocity_tolerance;
-    const auto is_enough = [&](double x) { return x <= settings.velocity_tolerance || (loop_.stalls() && x <= stalled); };
+    const auto is_enough = [&](double x) {
+        return x <= std::max(settings.velocity_tolerance, loop_.let_pass() * settings.tolerance / settings.time_step.value());
+    };
     loop_.wake();
     constexpr double infinity = std::numeric_limits<double>::infinity();
     double change = infinity; // [m/s] by the last sweep

@@ -182,11 +182,8 @@ int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& c
     Blocks& loop = group.contacts.loop;
     const double tolerance = iteration_tolerance_;
     int count = 0;
-    // What never settles comes to an end: a sweep counts as stall_share, and the third power of their sum is let pass: a thousandth of
-    // the tolerance over the step after a hundred, a hundredth after 215. By trial as stall_share.
-    const auto stalled_share = [&] { return std::clamp(std::pow(stall_share * count, 3), stall_share, left_share); };
     const auto is_enough = [&](double change) {
-        return change <= part * group.enough || (loop.stalls() && change <= stalled_share() * settings_.tolerance / rules_.h);
+        return change <= std::max(part * group.enough, loop.let_pass() * settings_.tolerance / rules_.h);
     };
     bool has_yielded = false;
     double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
