@@ -16,7 +16,7 @@ namespace {
 constexpr double compliance = 1e-3;
 /// Solutions with one factorisation [-]: at most so many, until that share is left, or one takes less than this share of the square
 /// of what is missing: rigid bodies cannot do it, and would be loaded without bound.
-constexpr int refinements = 8;
+constexpr std::size_t refinements = 8;
 constexpr double least_gain = 0.03;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -260,8 +260,9 @@ void IslandNewton::assemble(const Blocks& loop, std::span<const BodyRows> rows, 
     factors_.compute(matrix_);
 }
 
-/// With the present factors, for what is still missing of the targets.
-IslandNewton::Direction IslandNewton::solution(const Blocks& loop, std::span<const int> place, const Island& island) {
+/// With the present factors; missing: of the targets [rows].
+IslandNewton::Direction IslandNewton::solution(const Blocks& loop, std::span<const int> place, const Island& island,
+                                               const Eigen::VectorXd& missing) {
     Eigen::VectorXd load = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * island.bodies.size()));
     const auto for_each = [&](auto&& work) { // row, its index, places of its bodies
         for (const Active& active : active_) {
@@ -274,12 +275,12 @@ IslandNewton::Direction IslandNewton::solution(const Blocks& loop, std::span<con
             }
         }
     };
-    for_each([&](const Row& row, Eigen::Index, int a, int b) {
+    for_each([&](const Row& row, Eigen::Index k, int a, int b) {
         if (a >= 0) {
-            load.segment<6>(6 * a) += row.missing / row.compliance * row.of_a;
+            load.segment<6>(6 * a) += missing[k] / row.compliance * row.of_a;
         }
         if (b >= 0) {
-            load.segment<6>(6 * b) += row.missing / row.compliance * row.of_b;
+            load.segment<6>(6 * b) += missing[k] / row.compliance * row.of_b;
         }
     });
     change_ = factors_.solve(load);
@@ -288,14 +289,14 @@ IslandNewton::Direction IslandNewton::solution(const Blocks& loop, std::span<con
     for_each([&](const Row& row, Eigen::Index k, int a, int b) {
         found.moved[k] = (a >= 0 ? row.of_a.dot(change_.segment<6>(6 * a)) : 0.0) +
                          (b >= 0 ? row.of_b.dot(change_.segment<6>(6 * b)) : 0.0);
-        found.impulse[k] = (row.missing - found.moved[k]) / row.compliance;
+        found.impulse[k] = (missing[k] - found.moved[k]) / row.compliance;
     });
     return found;
 }
 
 /// Impulses that leave least missing (generalised conjugate residuals: Eisenstat, Elman & Schultz 1983, "Variational iterative
 /// methods for nonsymmetric systems of linear equations"). Where blocks ask for more than rigid bodies can do, something is.
-void IslandNewton::refine(const Blocks& loop, std::span<const int> place, const Island& island) {
+void IslandNewton::find_impulses(const Blocks& loop, std::span<const int> place, const Island& island) {
     const auto size = static_cast<Eigen::Index>(rows_.size());
     Eigen::VectorXd weight(size);
     Eigen::VectorXd missing(size);
@@ -305,10 +306,10 @@ void IslandNewton::refine(const Blocks& loop, std::span<const int> place, const 
     }
     const auto product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& y) { return x.cwiseProduct(weight).dot(y); };
     const double enough = compliance * compliance * product(missing, missing);
-    directions_.clear();
-    for (int i = 0; i < refinements && product(missing, missing) > enough; ++i) {
-        Direction next = solution(loop, place, island);
-        for (const Direction& before : directions_) {
+    std::vector<Direction> taken; // what they move is orthonormal
+    while (taken.size() < refinements && product(missing, missing) > enough) {
+        Direction next = solution(loop, place, island, missing);
+        for (const Direction& before : taken) {
             const double share = product(before.moved, next.moved);
             next.moved -= share * before.moved;
             next.impulse -= share * before.impulse;
@@ -325,10 +326,9 @@ void IslandNewton::refine(const Blocks& loop, std::span<const int> place, const 
         }
         missing -= step * next.moved;
         for (Eigen::Index k = 0; k < size; ++k) {
-            rows_[static_cast<std::size_t>(k)].missing = missing[k];
             rows_[static_cast<std::size_t>(k)].impulse += step * next.impulse[k];
         }
-        directions_.push_back(std::move(next));
+        taken.push_back(std::move(next));
     }
 }
 
@@ -395,7 +395,7 @@ void IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies,
     find_places(loop, island, place);
     assemble(loop, rows, place, island);
     if (factors_.info() == Eigen::Success) {
-        refine(loop, place, island);
+        find_impulses(loop, place, island);
         for (const Active& active : active_) {
             give_back(loop, active, rows, velocity);
         }

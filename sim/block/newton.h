@@ -23,8 +23,8 @@ struct Island {
     std::vector<int> blocks; ///< ascending
 
     bool is_small = false;       ///< a factorisation is cheaper than the sweeps that it saves
-    bool is_served = false;      ///< a step was taken when it was looked at last
-    bool resists = false;        ///< one did not help: left to sweeps
+    bool is_served = false;      ///< by steps, of which none was taken back
+    bool resists = false;        ///< one was: left to sweeps
     bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last
     double change = 0.0;         ///< [m/s] largest of a visit before the last step
     std::vector<Velocity> velocity; ///< [bodies] then
@@ -74,13 +74,12 @@ private:
     void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void find_places(const Blocks& loop, const Island& island, std::span<int> place);
     void assemble(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island);
-    Direction solution(const Blocks& loop, std::span<const int> place, const Island& island);
-    void refine(const Blocks& loop, std::span<const int> place, const Island& island);
+    Direction solution(const Blocks& loop, std::span<const int> place, const Island& island, const Eigen::VectorXd& missing);
+    void find_impulses(const Blocks& loop, std::span<const int> place, const Island& island);
     void give_back(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const;
 
     std::vector<Active> active_;
     std::vector<Row> rows_;
-    std::vector<Direction> directions_; ///< of one step; `moved` orthonormal, by products of each row per compliance
     std::vector<Eigen::Triplet<double>> entries_;
     Eigen::SparseMatrix<double> matrix_;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>> factors_;
