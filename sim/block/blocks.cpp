@@ -356,8 +356,7 @@ void Blocks::wake() {
 
 /// Repeats a share of what the last sweep did, or begins to watch what sweeps do.
 void Blocks::extrapolate(std::span<Velocity> velocity) {
-    const auto is_due = [](const Island& island) { return island.is_extrapolated; };
-    if (!islands_.empty() && std::ranges::none_of(islands_, is_due)) {
+    if (!islands_.empty() && std::ranges::none_of(islands_, &Island::is_extrapolated)) {
         extrapolated_.clear();
         return;
     }

@@ -6,6 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
 
 namespace {
 
@@ -183,7 +187,7 @@ TEST(law_stack, bricks_that_lean_stand) {
     judge_standing(scene, "thirty bricks that lean", 1e-3);
 }
 
-/// As a scene file has them, on a floor. body: parts of each; places: lines that put one there.
+/// Compounds on a floor, as a scene file has them. parts: of each; places: the lines that put one there.
 sim::SceneDef bodies_of_parts(const std::string& parts, std::span<const std::string> places, double mu, double density) {
     std::string text = fmt::format("[[body]]\nname = \"floor\"\nshape = {{ kind = \"plane\" }}\nstatic = true\nfriction = {}\n", mu);
     for (std::size_t i = 0; i < places.size(); ++i) {
