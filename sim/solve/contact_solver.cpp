@@ -226,6 +226,7 @@ ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<
         }
         report.residual = std::max(report.residual, group.report.residual);
         report.joint_residual = std::max(report.joint_residual, group.report.joint_residual);
+        report.work = std::max(report.work, group.report.work);
         report.converged = report.converged && group.report.converged;
     }
     converged_ = report.converged;
@@ -281,6 +282,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
         }
         to_.update(bodies, group.bodies, workers);
     }
+    report.work = group.has_joints ? 0.0 : contacts.impulse_work(to_.velocity); // motors and springs do work by way of contacts
     report.converged = report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
     if (!report.converged) {
         give_back(bodies, group);

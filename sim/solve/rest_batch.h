@@ -56,6 +56,7 @@ enum class RestPhase {
     start,          ///< gap targets, and impulses of the last interval, which the bodies get
     uncertain,      ///< gives them the uncertain share of the impulses
     uncertain_work, ///< its work against what the others lead to
+    impulse_work,   ///< work of all impulses on the bodies
     scale,          ///< keeps a part of it
     yield,          ///< what overlaps is asked to part to the tolerance only
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]; which blocks
@@ -75,7 +76,7 @@ struct RestWork {
     const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain_work` without its share
     double* velocity = nullptr;        ///< that impulses act on
     double* at_node = nullptr;         ///< to store: velocities at t0, which get what acts before it
-    double* parts = nullptr;           ///< [batch_count] work of the uncertain share [J]
+    double* parts = nullptr;           ///< [batch_count] what is to be summed up [J]; else null
     double kept = 1.0;                 ///< [-] part of it that `scale` keeps
     /// The rows of the ContactMemory of point k in lane l at [lane_count * k + l], of one batch; to start and to store.
     double* const* memory = nullptr;

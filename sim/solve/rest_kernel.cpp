@@ -230,22 +230,37 @@ struct Rest : Window {
         push_bodies(work.begin, velocity, batch, *this, f.world(force), f.world(turning));
     }
 
-    /// Adds the work of the uncertain share of the impulses with what the points part faster by than their targets [J].
-    LANES_INLINE void add_uncertain_work(double& to) const {
-        const Twist twist = twist_of(work.before, batch, frame_of(batch, *this), *this);
+    /// Work [J] of the impulses, where the points move by the twist faster than less(k) [m/s]: along n, t_1, t_2.
+    template <typename Less>
+    LANES_INLINE Real work_at(const Twist& twist, Less&& less) const {
         Real sum = real(0.0);
         for (int k = 0; k < batch.count; ++k) {
-            const Real p_n = load(points[k].p_n);
             const Real x = load(points[k].x);
             const Real y = load(points[k].y);
-            sum += p_n * (twist.normal(x, y) - load(points[k].u_n_target)) +
-                   load(points[k].p_t[0]) * (twist.tangential1(y) - load(points[k].u_t_target[0])) +
-                   load(points[k].p_t[1]) * (twist.tangential2(x) - load(points[k].u_t_target[1]));
+            const Real3 u{twist.normal(x, y), twist.tangential1(y), twist.tangential2(x)};
+            sum += dot({load(points[k].p_n), load(points[k].p_t[0]), load(points[k].p_t[1])}, u - less(k));
         }
-        sum *= uncertain_share();
-        for (int l = 0; l < width; ++l) {
-            to += sum[l];
-        }
+        return sum;
+    }
+
+    /// Work [J] of the uncertain share of the impulses with what the points part faster by than their targets.
+    LANES_INLINE Real uncertain_work() const {
+        const Twist twist = twist_of(work.before, batch, frame_of(batch, *this), *this);
+        return uncertain_share() * work_at(twist, [&](int k) {
+                   const BatchPoint& p = points[k];
+                   return Real3{load(p.u_n_target), load(p.u_t_target[0]), load(p.u_t_target[1])};
+               });
+    }
+
+    /// Work [J] of all impulses, but for what pushes overlaps apart.
+    LANES_INLINE Real impulse_work() const {
+        const Real zero = real(0.0);
+        const Frame f = frame_of(batch, *this);
+        const Twist before = twist_of(work.before, batch, f, *this);
+        const Twist after = twist_of(work.velocity, batch, f, *this);
+        return 0.5 * work_at({before.u + after.u, before.w + after.w}, [&](int k) {
+                   return Real3{max((1.0 / rules.h) * (load(rest[k].gap_target) - load(points[k].gap)), zero), zero, zero};
+               });
     }
 
     /// Keeps a part of the uncertain share of the impulses.
@@ -426,10 +441,15 @@ struct Rest : Window {
     }
 };
 
-/// A phase of one batch; returns the largest error of a gap where it is to measure.
-LANES_INLINE Real work_on_lanes(const Rest& lanes, double& uncertain_work) {
+/// A phase of one batch; returns the largest error of a gap where it is to measure, and adds to `sum` what is to be summed up.
+LANES_INLINE Real work_on_lanes(const Rest& lanes, double& sum) {
     const RestWork& work = lanes.work;
     Real worst = real(0.0);
+    const auto add = [&](const Real& of_lanes) {
+        for (int l = 0; l < width; ++l) {
+            sum += of_lanes[l];
+        }
+    };
     switch (work.phase) {
     case RestPhase::start:
         lanes.start();
@@ -443,8 +463,11 @@ LANES_INLINE Real work_on_lanes(const Rest& lanes, double& uncertain_work) {
         break;
     case RestPhase::uncertain_work:
         if (!lanes.block.is_certain) {
-            lanes.add_uncertain_work(uncertain_work);
+            add(lanes.uncertain_work());
         }
+        break;
+    case RestPhase::impulse_work:
+        add(lanes.impulse_work());
         break;
     case RestPhase::scale:
         if (!lanes.block.is_certain) {
@@ -473,12 +496,12 @@ LANES_INLINE Real work_on_lanes(const Rest& lanes, double& uncertain_work) {
 double KERNEL(const RestWork& work) {
     Real worst = real(0.0);
     for (std::size_t i = 0; i < work.batch_count; ++i) {
-        double uncertain_work = 0.0;
+        double sum = 0.0;
         for (int first = 0; first < lane_count; first += width) {
-            worst = max(worst, work_on_lanes(Rest(work, i, first), uncertain_work));
+            worst = max(worst, work_on_lanes(Rest(work, i, first), sum));
         }
-        if (work.phase == RestPhase::uncertain_work) {
-            work.parts[i] = uncertain_work;
+        if (work.parts != nullptr) {
+            work.parts[i] = sum;
         }
     }
     double largest = 0.0;

@@ -272,15 +272,24 @@ void RestingContacts::doubt(std::span<Velocity> uncertain) {
     });
 }
 
-double RestingContacts::uncertain_work(std::span<const Velocity> velocity) {
+/// Of what a phase sums up over all batches [J].
+double RestingContacts::sum(RestPhase phase, const double* before, std::span<Velocity> velocity) {
     parts_.resize(loop.batches.size());
     loop.share_batches([&](std::size_t first, std::size_t last) {
-        RestWork work = work_of(RestPhase::uncertain_work, first, last, {});
-        work.before = velocity.front().v.data();
+        RestWork work = work_of(phase, first, last, velocity);
+        work.before = before;
         work.parts = parts_.data() + first;
         work_on_rest(work);
     });
     return std::accumulate(parts_.begin(), parts_.end(), 0.0);
+}
+
+double RestingContacts::uncertain_work(std::span<const Velocity> velocity) {
+    return sum(RestPhase::uncertain_work, velocity.front().v.data(), {});
+}
+
+double RestingContacts::impulse_work(std::span<Velocity> velocity) {
+    return sum(RestPhase::impulse_work, before_, velocity);
 }
 
 void RestingContacts::yield() {

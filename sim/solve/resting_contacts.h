@@ -39,6 +39,8 @@ public:
 
     /// Work [J] of the uncertain share against how much faster than their targets the contacts part with `velocity`.
     double uncertain_work(std::span<const Velocity> velocity);
+    /// Work [J] that the impulses do on the bodies, but for what pushes overlaps apart: contacts give no energy. velocity: after them.
+    double impulse_work(std::span<Velocity> velocity);
     /// Keeps so much [-] of that share.
     void scale_uncertain(double kept);
 
@@ -60,6 +62,7 @@ public:
     double work(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
 
 private:
+    double sum(RestPhase phase, const double* before, std::span<Velocity> velocity);
     void remember(const Block& block) const;
     std::size_t take(const Bodies& bodies, const PairContacts& pair, const Contact** to) const;
     void take_all(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own);
@@ -83,7 +86,7 @@ private:
     bool has_two_coefficients_ = false; ///< mu_s and mu_d differ somewhere
     std::size_t sorted_blocks_ = 0;     ///< so many are in the order of their pairs; then those added
     bool has_all_ = true;               ///< no contact was left out
-    std::vector<double> parts_;         ///< [loop.batches] of uncertain_work()
+    std::vector<double> parts_;         ///< [loop.batches] of sum()
 };
 
 } // namespace sim

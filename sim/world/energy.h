@@ -1,9 +1,11 @@
 #pragma once
 /// Does a run gain energy? Contacts and joints only take it, and what kinematic bodies and motors give and what
 /// bodies bring that are released is known, so what rises above the lowest value so far comes from nothing.
+#include "sim/base/step_report.h"
 #include "sim/block/blocks.h"
 #include "sim/model/scene_def.h"
 
+#include <limits>
 #include <span>
 
 namespace sim {
@@ -27,6 +29,9 @@ public:
     /// lowest so far, as a share [-] of what the run turned over: its largest kinetic energy so far, and what it lost.
     double gain(const Bodies& bodies, std::span<const Velocity> velocity, double in_springs);
 
+    /// May an interval's contacts do so much work [J] on bodies? Half of what all of a run may gain.
+    bool allows(double work) const { return work <= slack_ + 0.5 * energy_gain_allowed * (largest_kinetic_ + first_ - lowest_); }
+
 private:
     double total(const Bodies& bodies, std::span<const Velocity> velocity);
 
@@ -34,7 +39,7 @@ private:
     double slack_ = 0.0;           ///< [J] that bodies gain where overlaps within the tolerance are pushed apart
     double first_ = 0.0;           ///< [J]
     double lowest_ = 0.0;          ///< [J]
-    double largest_kinetic_ = 0.0; ///< [J]
+    double largest_kinetic_ = std::numeric_limits<double>::infinity(); ///< [J]; the plan that a run begins with has none to exceed
     double work_ = 0.0;            ///< [J] done by kinematic bodies and motors, and brought by bodies released
     double ahead_ = 0.0;           ///< [J] of that, after the present instant
 };
