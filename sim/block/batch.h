@@ -122,13 +122,20 @@ struct ExtrapolatedPoint {
     Lanes swept[3];
 };
 
+/// What the impulses' last step, from the end of a sweep to that of the next, has of what was extrapolated between these, and of
+/// what the sweep did: products with it [N^2 s^2].
+struct StepParts {
+    double extrapolated = 0.0;
+    double swept = 0.0;
+};
+
 /// Impulses of batches, extrapolated after a sweep.
 struct BatchExtrapolation {
     BlockBatch* batches = nullptr;
     std::size_t batch_count = 0;
     BatchPoint* points = nullptr;
     ExtrapolatedPoint* before = nullptr;  ///< of the same points
-    double* along = nullptr;    ///< [batch_count] then see Extrapolation::next: only this is found; null: they are extrapolated
+    StepParts* parts = nullptr; ///< [batch_count] then only this is found; null: they are extrapolated
     double share = 0.0;         ///< [-] share of the last sweep's step that is repeated
     const BodyRows* rows = nullptr; ///< this and velocity as in BatchSweep
     double* velocity = nullptr;

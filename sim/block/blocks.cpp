@@ -377,19 +377,24 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
             hold(island);
         }
     }
-    const auto work = [&](std::size_t first, std::size_t last, double* along, double share_of_step) {
+    const auto work = [&](std::size_t first, std::size_t last, StepParts* parts, double share_of_step) {
         extrapolate_batches({.batches = batches.data() + first,
                        .batch_count = last - first,
                        .points = points.data(),
                        .before = extrapolated_.data(),
-                       .along = along,
+                       .parts = parts,
                        .share = share_of_step,
                        .rows = bodies_->rows.data(),
                        .velocity = velocity.front().v.data()});
     };
-    along_.resize(batches.size());
-    share_batches([&](std::size_t first, std::size_t last) { work(first, last, along_.data() + first, 0.0); });
-    const double share_of_step = extrapolation_.next(std::accumulate(along_.begin(), along_.end(), 0.0));
+    parts_.resize(batches.size());
+    share_batches([&](std::size_t first, std::size_t last) { work(first, last, parts_.data() + first, 0.0); });
+    StepParts of_step;
+    for (const StepParts& of_batch : parts_) {
+        of_step.extrapolated += of_batch.extrapolated;
+        of_step.swept += of_batch.swept;
+    }
+    const double share_of_step = extrapolation_.next(of_step);
     share_colours([&](std::size_t first, std::size_t last) { work(first, last, nullptr, share_of_step); });
 }
 
@@ -450,9 +455,6 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
     least_change_ = std::min(least_change_, change_);
     if (sweeps_ % plain_sweeps == 0) {
         stalls_ = least_change_ > 0.5 * progress_;
-        if (least_change_ > progress_) {
-            extrapolation_.start();
-        }
         progress_ = std::exchange(least_change_, std::numeric_limits<double>::infinity());
     }
     return change_;

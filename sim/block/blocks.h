@@ -307,7 +307,7 @@ private:
     std::vector<std::size_t> colours_; ///< ends of the ranges of batches of which no two move the same body
     std::vector<ExtrapolatedPoint> extrapolated_; ///< [points]
     std::vector<std::size_t> again_;    ///< memory of visit_again()
-    std::vector<double> along_;         ///< [batches] see Extrapolation::next
+    std::vector<StepParts> parts_;      ///< [batches] of the last step
     double change_ = 0.0;               ///< [m/s] by the last sweep
     int sweeps_ = 0;                    ///< since wake()
     double least_change_ = 0.0;         ///< [m/s] of the last plain_sweeps, so far

@@ -9,21 +9,24 @@ LANES_INLINE Real3 impulse_of(const BatchPoint& point, Window lanes) {
     return {lanes.load(point.p_t[0]), lanes.load(point.p_t[1]), lanes.load(point.p_n)};
 }
 
-/// A batch's share of what Extrapolation::next() asks for.
-LANES_INLINE double along_step(const BatchExtrapolation& work, const BlockBatch& batch) {
-    double total = 0.0;
+LANES_INLINE StepParts parts_of_step(const BatchExtrapolation& work, const BlockBatch& batch) {
+    StepParts parts;
     for (Window lanes; lanes.first < lane_count; lanes.first += width) {
-        Real sum = real(0.0);
+        Real extrapolated = real(0.0);
+        Real swept = real(0.0);
         for (int k = batch.first; k < batch.first + batch.count; ++k) {
             const Real3 now = impulse_of(work.points[k], lanes);
-            const ExtrapolatedPoint& before = work.before[k];
-            sum += dot(now - lanes.load3(before.begun), now - lanes.load3(before.swept));
+            const Real3 begun = lanes.load3(work.before[k].begun);
+            const Real3 before = lanes.load3(work.before[k].swept);
+            extrapolated += dot(begun - before, now - before);
+            swept += dot(now - begun, now - before);
         }
         for (int l = 0; l < width; ++l) {
-            total += sum[l];
+            parts.extrapolated += extrapolated[l];
+            parts.swept += swept[l];
         }
     }
-    return total;
+    return parts;
 }
 
 /// Repeats a share of what the last sweep did to the impulses of these lanes, and gives their bodies the difference.
@@ -59,8 +62,8 @@ LANES_INLINE void extrapolate_lanes(const BatchExtrapolation& work, BlockBatch& 
 
 void KERNEL(const BatchExtrapolation& work) {
     for (std::size_t i = 0; i < work.batch_count; ++i) {
-        if (work.along != nullptr) {
-            work.along[i] = along_step(work, work.batches[i]);
+        if (work.parts != nullptr) {
+            work.parts[i] = parts_of_step(work, work.batches[i]);
             continue;
         }
         for (Window lanes; lanes.first < lane_count; lanes.first += width) {

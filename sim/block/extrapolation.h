@@ -1,9 +1,9 @@
 #pragma once
 /// Nesterov's extrapolation of the impulses: when they go on in the direction in which the sweeps of a solve move them, and
 /// how far (Mazhar et al. 2015, "Using Nesterov's method to accelerate multibody dynamics with friction and contact"), begun
-/// anew where it leads back (O'Donoghue & Candes 2015, "Adaptive restart for accelerated gradient schemes") or has brought
-/// nothing for a while: friction can lead it in circles. It serves islands too dense for newton.h: a high heap needs about as
-/// many plain sweeps as the square of its height.
+/// anew where it leads back (O'Donoghue & Candes 2015, "Adaptive restart for accelerated gradient schemes"). It serves
+/// islands too dense for newton.h: a high heap needs about as many plain sweeps as the square of its height.
+#include "sim/block/batch.h"
 
 namespace sim {
 
@@ -11,10 +11,10 @@ class Extrapolation {
 public:
     void start() { steps_ = 0; }
 
-    /// Share [-] of the last sweep's step that is repeated before the next one. along: product of that step with the
-    /// one from where it began; negative where the extrapolation leads back.
-    double next(double along) {
-        steps_ = along < 0.0 ? 0 : steps_ + 1;
+    /// Share [-] of the last step that is repeated before the next sweep. It leads back where the sweep went against that step, and
+    /// where the step goes against what was extrapolated: impulses that take turns do either all the time.
+    double next(const StepParts& of_step) {
+        steps_ = of_step.swept < 0.0 || of_step.extrapolated < 0.0 ? 0 : steps_ + 1;
         return steps_ / (steps_ + 3.0); // k / (k + 3): Nesterov's sequence
     }
 
