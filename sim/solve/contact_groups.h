@@ -27,7 +27,6 @@ struct ContactGroup {
     bool has_joints = false;   ///< all joints are in one group
     bool is_begun = false;     ///< its contacts are in blocks
     bool is_due = true;        ///< it is to be solved, or solved again
-    bool is_swept = false;     ///< the interval's first sweep is not enough
     double enough = 0.0;       ///< [m/s] change that ends the sweeps; 0 until the first one of the interval
     ContactSolveReport report; ///< of its last solve
 };

@@ -35,12 +35,7 @@ constexpr double largest_growth = 2.0;
 constexpr double solved_share = 0.25;
 
 /// Changes [m/s] that a solve may leave to those of the next steps: where it finds more it leaves a share of that only.
-constexpr double settled_change = 1e-5;
-
-/// Where the last interval's first sweep was not enough, this one's sweeps end at this share [-] of what else is enough at rest. What
-/// took velocities away is in the guess, but no force: left there it would give back as much, and a tower would be swept in every
-/// second step, for ever. By trial with towers of 40 to 80 cubes: 0.01 does the same.
-constexpr double resettled_share = 0.03;
+constexpr double settled_change = 3e-6;
 
 } // namespace
 
@@ -83,7 +78,6 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     to_.move_others(bodies, workers_);
     change_.resize(bodies.props.size());
     guessed_.resize(bodies.props.size());
-    was_swept_.resize(bodies.props.size());
     groups_.form(bodies, pairs, joints, to_.solved, workers_);
 }
 
@@ -98,7 +92,6 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
         guessed_[i] = to_.velocity[i];
     }
     group.enough = 0.0;
-    group.is_swept = false;
     group.contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_, change_);
     take_uncertain(group);
     if (group.has_joints) {
@@ -197,10 +190,7 @@ int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& c
         const double skip = skip_share * std::min(tolerance, last);
         last = loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h, close_joints);
         if (group.enough == 0.0) {
-            const bool was_swept = std::ranges::any_of(group.bodies, [&](std::size_t i) { return was_swept_[i] != 0; });
-            const double at_rest = (was_swept ? resettled_share : 1.0) * std::min(tolerance, settled_change);
-            group.enough = std::min(tolerance, std::max(solved_share * last, at_rest));
-            group.is_swept = last > group.enough;
+            group.enough = std::min(tolerance, std::max(solved_share * last, settled_change));
         }
         converged = is_enough(last);
         // A row that is wedged between two walls cannot leave both: asked to, it would push harder in every sweep.
@@ -293,12 +283,6 @@ void ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairC
                                    std::span<Joint> joints) {
     memory_interval_ = converged_ ? rules_.h : 0.0;
     at_node_ = bodies.velocity;
-    was_swept_.assign(bodies.props.size(), 0);
-    for (const ContactGroup& group : groups_) {
-        for (const std::size_t i : group.bodies) {
-            was_swept_[i] = static_cast<char>(group.is_swept);
-        }
-    }
     const auto has_any = [](const ContactGroup& group) { return !group.contacts.loop.empty(); };
     groups_.for_each(workers_, has_any, [&](ContactGroup& group) {
         const std::span<const Joint> of_group = group.has_joints ? joints : std::span<Joint>{};

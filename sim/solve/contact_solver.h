@@ -67,7 +67,6 @@ private:
         archive(solver.to_.pose);
         archive(solver.joints_.mode());
         archive(solver.memory_interval_);
-        archive(solver.was_swept_);
     }
 
     void set_rules(const StepSettings& settings, double h);
@@ -92,7 +91,6 @@ private:
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] by what is uncertain of the guess
     std::vector<Velocity> guessed_;    ///< [body_count] with what is certain of it, of bodies with joints until these are measured
-    std::vector<char> was_swept_;      ///< [body_count] the first sweep of its group was not enough in the last interval
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };
 

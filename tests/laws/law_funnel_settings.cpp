@@ -97,7 +97,7 @@ TEST(law_funnel_settings, towers_whose_cubes_fall_by_a_millimetre_come_to_rest) 
     judge_tower(40, 1e-3, 4.0);
 }
 
-/// Once it stands, what a step took from the velocities must not be in the next one's guess: it would be swept in every second step.
+/// Once it stands, what a step took from the velocities is in the next one's guess, and must be too little to be swept again.
 TEST(law_funnel_settings, a_tower_that_stands_is_swept_once_a_step) {
     for (const double tolerance : {funnel_settings().step.velocity_tolerance, 1e-7}) {
         sim::SceneDef scene = funnel_settings();
