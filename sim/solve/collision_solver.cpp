@@ -179,7 +179,7 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
     loop_.add(first, block_like(pair, index));
 }
 
-int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {
+void CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {
     int count = 0;
     const double skip = skip_share * settings.velocity_tolerance;
     const auto is_enough = [&](double x) {
@@ -198,7 +198,7 @@ int CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings
         converged = is_enough(change) && (joints_.empty() || (count > 0 && is_enough(missing)));
     }
     joints_.solve(velocity);
-    return count;
+    sweeps_ += count;
 }
 
 /// Work [J] that kinematic bodies do by the impulses since this was last asked.
@@ -346,12 +346,13 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
     CollisionReport report;
     std::vector<char>& touched = report.touched;
     touched.assign(velocity.size(), 0);
+    sweeps_ = 0;
     const auto touch = [&](int body) {
         const auto i = static_cast<std::size_t>(body);
         touched[i] = !bodies.props[i].is_static();
     };
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
-        if (report.iterations + sweeps_to_arrange * report.passes >= most_sweeps) {
+        if (sweeps_ + sweeps_to_arrange * report.passes >= most_sweeps) {
             report.converged = false; // what still approaches is left to the resting solve
             report.unsettled = fastest_left();
             break;
@@ -369,7 +370,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         joints_.solve(velocity);
         begin_pass(velocity);
         bool converged = true;
-        report.iterations += iterate(velocity, settings, converged);
+        iterate(velocity, settings, converged);
         report.energy_removed += keep_energy(bodies, velocity, settings, converged);
         report.drive_work += work_;
         if (impacts != nullptr) {
@@ -388,6 +389,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
             is_changed_[i] = !bodies.props[i].is_static();
         }
     }
+    report.iterations = sweeps_;
     return report;
 }
 

@@ -74,7 +74,7 @@ private:
         return is_changed_[static_cast<std::size_t>(pair.a)] != 0 || is_changed_[static_cast<std::size_t>(pair.b)] != 0;
     }
     Unsettled fastest_left();
-    int iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
+    void iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
     void report_impacts(int pass);
     void begin_pass(std::span<const Velocity> velocity);
     double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
@@ -95,6 +95,7 @@ private:
     std::vector<NearPair> near_;    ///< ascending
     std::vector<char> collides_;    ///< [near_] in this pass, or is held in it
     std::vector<char> is_changed_;  ///< [body_count] by the last pass, then by this one
+    int sweeps_ = 0;                ///< of all passes so far, those of their plastic solutions too
     double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
     std::vector<Velocity> kinematic_; ///< kinematic_velocity(); empty where there are none
     double joint_work_ = 0.0;  ///< [J] of all impulses of joints so far

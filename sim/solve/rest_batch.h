@@ -76,7 +76,7 @@ struct RestWork {
     const double* before = nullptr;    ///< velocities before any impulse, rows as in BatchSweep; for `uncertain_work` without its share
     double* velocity = nullptr;        ///< that impulses act on
     double* at_node = nullptr;         ///< to store: velocities at t0, which get what acts before it
-    double* parts = nullptr;           ///< [batch_count] what is to be summed up [J]; else null
+    double* sums = nullptr;            ///< [batch_count] of the two kinds of work [J]; else null
     double kept = 1.0;                 ///< [-] part of it that `scale` keeps
     /// The rows of the ContactMemory of point k in lane l at [lane_count * k + l], of one batch; to start and to store.
     double* const* memory = nullptr;

@@ -500,8 +500,8 @@ double KERNEL(const RestWork& work) {
         for (int first = 0; first < lane_count; first += width) {
             worst = max(worst, work_on_lanes(Rest(work, i, first), sum));
         }
-        if (work.parts != nullptr) {
-            work.parts[i] = sum;
+        if (work.sums != nullptr) {
+            work.sums[i] = sum;
         }
     }
     double largest = 0.0;

@@ -274,14 +274,14 @@ void RestingContacts::doubt(std::span<Velocity> uncertain) {
 
 /// Of what a phase sums up over all batches [J].
 double RestingContacts::sum(RestPhase phase, const double* before, std::span<Velocity> velocity) {
-    parts_.resize(loop.batches.size());
+    sums_.resize(loop.batches.size());
     loop.share_batches([&](std::size_t first, std::size_t last) {
         RestWork work = work_of(phase, first, last, velocity);
         work.before = before;
-        work.parts = parts_.data() + first;
+        work.sums = sums_.data() + first;
         work_on_rest(work);
     });
-    return std::accumulate(parts_.begin(), parts_.end(), 0.0);
+    return std::accumulate(sums_.begin(), sums_.end(), 0.0);
 }
 
 double RestingContacts::uncertain_work(std::span<const Velocity> velocity) {

@@ -86,7 +86,7 @@ private:
     bool has_two_coefficients_ = false; ///< mu_s and mu_d differ somewhere
     std::size_t sorted_blocks_ = 0;     ///< so many are in the order of their pairs; then those added
     bool has_all_ = true;               ///< no contact was left out
-    std::vector<double> parts_;         ///< [loop.batches] of sum()
+    std::vector<double> sums_;          ///< [loop.batches] of sum()
 };
 
 } // namespace sim
