@@ -125,49 +125,24 @@ void ContactSolver::take_uncertain(ContactGroup& group) {
     }
 }
 
-/// Kinetic energy [J] of that change.
-double ContactSolver::energy_of_change(const Bodies& bodies, const ContactGroup& group) const {
-    double energy = 0.0;
+/// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at -g.r / g.A g, where r
+/// is how much faster than their targets the contacts part with f alone, and g.A g twice the kinetic energy of what g changes.
+/// All of it is given back where that is nearer than none. The targets stay those of f alone until the next measurement.
+void ContactSolver::give_uncertain(const Bodies& bodies, ContactGroup& group) {
+    double energy = 0.0; // g.A g [J]
     for (const std::size_t i : group.changed) {
-        energy += kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
+        energy += 2.0 * kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change_[i]);
     }
-    return energy;
-}
-
-/// Gives its bodies a share [-] of that change, and keeps as much of the impulses.
-void ContactSolver::give_share(ContactGroup& group, double share) {
+    if (energy == 0.0) {
+        return;
+    }
+    const double best = std::clamp(-group.contacts.uncertain_work(to_.velocity) / energy, 0.0, 1.0);
+    const double share = best > 0.5 ? 1.0 : best;
     for (const std::size_t i : group.changed) {
         to_.velocity[i].v += share * change_[i].v;
         to_.velocity[i].w += share * change_[i].w;
     }
     group.contacts.scale_uncertain(share);
-}
-
-/// Impulses p minimise p.A p / 2 + b.p where they converge. Of a guess f + g the share s of g is best at -g.r / g.A g, where r
-/// is how much faster than their targets the contacts part with f alone, and g.A g twice the kinetic energy of what g changes.
-/// All of it is given back where that is nearer than none. The targets stay those of f alone until the next measurement.
-void ContactSolver::give_uncertain(const Bodies& bodies, ContactGroup& group) {
-    const double energy = 2.0 * energy_of_change(bodies, group);
-    if (energy > 0.0) {
-        const double best = std::clamp(-group.contacts.uncertain_work(to_.velocity) / energy, 0.0, 1.0);
-        give_share(group, best > 0.5 ? 1.0 : best);
-    }
-}
-
-/// Of a solve that came to no end as much is kept as gives no energy: sweeps over a sliver that is wedged push harder and harder,
-/// and would throw it. The share s of impulses that do the work W, and change velocities by the energy E, does s W - s (1 - s) E.
-void ContactSolver::give_back(const Bodies& bodies, ContactGroup& group) {
-    if (group.report.work <= 0.0) {
-        return;
-    }
-    for (const std::size_t i : group.bodies) {
-        change_[i] = {};
-    }
-    group.contacts.doubt(change_);
-    take_uncertain(group);
-    const double energy = energy_of_change(bodies, group);
-    give_share(group, std::clamp(1.0 - group.report.work / energy, 0.0, 1.0));
-    to_.update(bodies, group.bodies, group.contacts.loop.workers);
 }
 
 /// What a part of a step may add to an error that a step may leave [m]: the same error of velocities is a smaller gap.
@@ -280,9 +255,6 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     }
     report.work = group.has_joints ? 0.0 : contacts.impulse_work(to_.velocity); // motors and springs do work by way of contacts
     report.converged = report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
-    if (!report.converged) {
-        give_back(bodies, group);
-    }
 }
 
 void ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs,

@@ -74,10 +74,7 @@ private:
     void begin_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, ContactGroup& group);
     void give_guess(const Bodies& bodies, ContactGroup& group);
     void take_uncertain(ContactGroup& group);
-    double energy_of_change(const Bodies& bodies, const ContactGroup& group) const;
-    void give_share(ContactGroup& group, double share);
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
-    void give_back(const Bodies& bodies, ContactGroup& group);
     int iterate(ContactGroup& group, int budget, double part, bool& converged);
     void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
 

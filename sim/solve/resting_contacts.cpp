@@ -262,16 +262,6 @@ RestWork RestingContacts::work_of(RestPhase phase, std::size_t first, std::size_
             .rules = &rules_};
 }
 
-void RestingContacts::doubt(std::span<Velocity> uncertain) {
-    rules_.is_stretched = true;
-    loop.share_colours([&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) {
-            rest_blocks[i].is_certain = false;
-        }
-        work(RestPhase::uncertain, first, last, uncertain);
-    });
-}
-
 /// Of what a phase sums up over all batches [J].
 double RestingContacts::sum(RestPhase phase, const double* before, std::span<Velocity> velocity) {
     sums_.resize(loop.batches.size());

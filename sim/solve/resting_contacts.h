@@ -34,9 +34,6 @@ public:
     /// start from the impulses that these had, or loads a thousand times the weight would throw the bodies between them.
     void drop(const Bodies& bodies, int pair, Prediction& to);
 
-    /// All impulses are uncertain: gives those in `uncertain` what they change.
-    void doubt(std::span<Velocity> uncertain);
-
     /// Work [J] of the uncertain share against how much faster than their targets the contacts part with `velocity`.
     double uncertain_work(std::span<const Velocity> velocity);
     /// Work [J] that the impulses do on the bodies, but for what pushes overlaps apart: contacts give no energy. velocity: after them.
