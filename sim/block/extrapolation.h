@@ -11,8 +11,8 @@ class Extrapolation {
 public:
     void start() { steps_ = 0; }
 
-    /// Share [-] of the last step that is repeated before the next sweep. It leads back where the sweep went against that step, and
-    /// where the step goes against what was extrapolated: impulses that take turns do either all the time.
+    /// Share [-] of the last step that is repeated before the next sweep: none where extrapolation led back. Then the sweep went
+    /// against that step, or, as of impulses that take turns, the step goes against what was extrapolated.
     double next(const StepParts& of_step) {
         steps_ = of_step.swept < 0.0 || of_step.extrapolated < 0.0 ? 0 : steps_ + 1;
         return steps_ / (steps_ + 3.0); // k / (k + 3): Nesterov's sequence

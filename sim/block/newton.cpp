@@ -283,12 +283,12 @@ IslandNewton::Direction IslandNewton::solution(const Blocks& loop, std::span<con
             load.segment<6>(6 * b) += missing[k] / row.compliance * row.of_b;
         }
     });
-    change_ = factors_.solve(load);
+    const Eigen::VectorXd change = factors_.solve(load); // of the velocities
     const auto size = static_cast<Eigen::Index>(rows_.size());
     Direction found{Eigen::VectorXd(size), Eigen::VectorXd(size)};
     for_each([&](const Row& row, Eigen::Index k, int a, int b) {
-        found.moved[k] = (a >= 0 ? row.of_a.dot(change_.segment<6>(6 * a)) : 0.0) +
-                         (b >= 0 ? row.of_b.dot(change_.segment<6>(6 * b)) : 0.0);
+        found.moved[k] = (a >= 0 ? row.of_a.dot(change.segment<6>(6 * a)) : 0.0) +
+                         (b >= 0 ? row.of_b.dot(change.segment<6>(6 * b)) : 0.0);
         found.impulse[k] = (missing[k] - found.moved[k]) / row.compliance;
     });
     return found;

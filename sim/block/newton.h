@@ -83,7 +83,6 @@ private:
     std::vector<Eigen::Triplet<double>> entries_;
     Eigen::SparseMatrix<double> matrix_;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>> factors_;
-    Eigen::VectorXd change_; ///< of the velocities
 };
 
 } // namespace sim

@@ -1,7 +1,6 @@
 /// Resting contacts, eight blocks at a time: what they start from, their gaps at the predicted poses (eq. 8), what they
 /// store for the next interval. Compiled once for each instruction set; KERNEL names it.
-#include "sim/block/lane_twist.h"
-#include "sim/solve/rest_batch.h"
+#include "sim/solve/rest_motion.h"
 
 namespace sim {
 namespace {
@@ -38,73 +37,6 @@ LANES_INLINE Real share_beyond(const Real& force, const Real& sum) {
     const Mask loaded = sum > 0.0;
     return select(loaded, 1.0 - force / select(loaded, sum, real(1.0)), real(0.0));
 }
-
-/// A body's predicted motion since the interval began.
-struct Motion {
-    Real row[16];
-    LANES_INLINE Motion(const BodyRows* end, const int* body) { gather_two(end->x, body, row); }
-    LANES_INLINE Real3 turn(const Real3& v) const {
-        return {row[0] * v.x + row[1] * v.y + row[2] * v.z, row[3] * v.x + row[4] * v.y + row[5] * v.z,
-                row[6] * v.x + row[7] * v.y + row[8] * v.z};
-    }
-    LANES_INLINE Real3 position() const { return {row[9], row[10], row[11]}; }
-};
-
-/// A body as the interval begins.
-struct Placed {
-    Real3 axis; ///< of its orientation, a quaternion
-    Real w, radius;
-    LANES_INLINE Placed(const BodyRows* begin, const int* body) {
-        Real row[8];
-        gather([&](int l) { return begin[body[l]].x + 8; }, row);
-        axis = {row[3], row[4], row[5]};
-        w = row[6];
-        radius = row[7];
-    }
-    LANES_INLINE Real3 turn(const Real3& v) const {
-        const Real3 across = cross(axis, v);
-        const Real3 twice = across + across;
-        return v + w * twice + cross(axis, twice);
-    }
-};
-
-/// Normal of crossing edges.
-LANES_INLINE Real3 edge_normal(const Real3& edge_a, const Real3& edge_b) {
-    const Real one = real(1.0);
-    const Real zero = real(0.0);
-    const Real3 across = cross(edge_a, edge_b);
-    const Real square = dot(across, across);
-    const Mask crosses = square > 0.0;
-    return (1.0 / select(crosses, sqrt(square), one)) * select(crosses, across, Real3{zero, zero, one});
-}
-
-/// The crossing edges of the blocks at the predicted poses.
-struct Edges {
-    Real3 a, b, n;
-    Real3 lean; ///< where impulses act along another normal: how much their points differ from the edges', per gap
-    Real size;  ///< [m] of the smaller body
-    LANES_INLINE Edges() {}
-    /// rows: their directions in the bodies' frames.
-    LANES_INLINE Edges(const double* const* rows, const Placed& on_a, const Placed& on_b, const Motion& move_a,
-                       const Motion& move_b, const Real3& n_b) {
-        Real row[8];
-        gather([&](int l) { return rows[l]; }, row);
-        const Real3 a_before = on_a.turn({row[0], row[1], row[2]});
-        const Real3 b_before = on_b.turn({row[3], row[4], row[5]});
-        size = min(on_a.radius, on_b.radius);
-        a = move_a.turn(a_before);
-        b = move_b.turn(b_before);
-        n = edge_normal(a, b);
-        lean = n_b - move_b.turn(edge_normal(a_before, b_before));
-    }
-    /// Is the touch now too far along them? d: of points on them that touched as the interval began. The lines of edges
-    /// that are parallel are nowhere near.
-    LANES_INLINE Mask wander(const Real3& d) const {
-        const Real cosine = dot(a, b);
-        const Real sine_square = 1.0 - cosine * cosine;
-        return abs(cosine * dot(d, b) - dot(d, a)) > wander_share * size * abs(sine_square);
-    }
-};
 
 /// These lanes of a batch.
 struct Rest : Window {
