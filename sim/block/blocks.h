@@ -296,6 +296,8 @@ private:
     void find_islands();
     void solve_stalled(std::span<Velocity> velocity, double skip);
     double largest_change(const Island& island) const;
+    template <typename Work>
+    void for_each_point(const Island& island, Work&& work) const;
     void hold(const Island& island);
     void save(Island& island, std::span<const Velocity> velocity) const;
     void restore(const Island& island, std::span<Velocity> velocity);

@@ -86,9 +86,7 @@ double Blocks::largest_change(const Island& island) const {
     double change = 0.0;
     for (const int i : island.blocks) {
         const Block& block = blocks[static_cast<std::size_t>(i)];
-        const BlockBatch& batch = batches[static_cast<std::size_t>(block.lane) / lane_count];
-        const std::size_t lane = lane_of(block);
-        change = std::max(change, batch.change.x[lane]);
+        change = std::max(change, batch_of(block).change.x[lane_of(block)]);
     }
     return change;
 }
@@ -118,19 +116,28 @@ Unsettled Blocks::least_settled() {
     return found;
 }
 
+/// Calls work(index of the points, lane) for those of an island's blocks.
+template <typename Work>
+void Blocks::for_each_point(const Island& island, Work&& work) const {
+    for (const int i : island.blocks) {
+        const Block& block = blocks[static_cast<std::size_t>(i)];
+        const BlockBatch& batch = batch_of(block);
+        for (int k = batch.first; k < batch.first + batch.count; ++k) {
+            work(static_cast<std::size_t>(k), lane_of(block));
+        }
+    }
+}
+
 void Blocks::save(Island& island, std::span<const Velocity> velocity) const {
     island.velocity.clear();
     island.impulses.clear();
     for (const int body : island.bodies) {
         island.velocity.push_back(velocity[static_cast<std::size_t>(body)]);
     }
-    for (const int i : island.blocks) {
-        const Block& block = blocks[static_cast<std::size_t>(i)];
-        for (const BatchPoint& point : points_of(batches[static_cast<std::size_t>(block.lane) / lane_count])) {
-            const LanePoint at(point, lane_of(block));
-            island.impulses.emplace_back(at.p_t.x(), at.p_t.y(), at.p_n);
-        }
-    }
+    for_each_point(island, [&](std::size_t k, std::size_t lane) {
+        const LanePoint at(points[k], lane);
+        island.impulses.emplace_back(at.p_t.x(), at.p_t.y(), at.p_n);
+    });
 }
 
 void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
@@ -138,15 +145,12 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
         velocity[static_cast<std::size_t>(island.bodies[i])] = island.velocity[i];
     }
     auto impulse = island.impulses.begin();
-    for (const int i : island.blocks) {
-        const Block& block = blocks[static_cast<std::size_t>(i)];
-        for (BatchPoint& point : points_of(batch_of(block))) {
-            point.p_t[0].x[lane_of(block)] = impulse->x();
-            point.p_t[1].x[lane_of(block)] = impulse->y();
-            point.p_n.x[lane_of(block)] = impulse->z();
-            ++impulse;
-        }
-    }
+    for_each_point(island, [&](std::size_t k, std::size_t lane) {
+        points[k].p_t[0].x[lane] = impulse->x();
+        points[k].p_t[1].x[lane] = impulse->y();
+        points[k].p_n.x[lane] = impulse->z();
+        ++impulse;
+    });
 }
 
 /// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It is judged by what the sweeps
@@ -184,19 +188,12 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
 
 /// What Newton's method does is no step of the sweeps: extrapolation goes on from the impulses as they are.
 void Blocks::hold(const Island& island) {
-    for (const int i : island.blocks) {
-        const Block& block = blocks[static_cast<std::size_t>(i)];
-        const BlockBatch& batch = batch_of(block);
-        const std::size_t lane = lane_of(block);
-        for (int k = batch.first; k < batch.first + batch.count; ++k) {
-            const BatchPoint& point = points[static_cast<std::size_t>(k)];
-            ExtrapolatedPoint& before = extrapolated_[static_cast<std::size_t>(k)];
-            const Lanes* const now[] = {&point.p_t[0], &point.p_t[1], &point.p_n};
-            for (std::size_t j = 0; j < 3; ++j) {
-                before.begun[j].x[lane] = before.swept[j].x[lane] = now[j]->x[lane];
-            }
+    for_each_point(island, [&](std::size_t k, std::size_t lane) {
+        const Lanes* const now[] = {&points[k].p_t[0], &points[k].p_t[1], &points[k].p_n};
+        for (std::size_t j = 0; j < 3; ++j) {
+            extrapolated_[k].begun[j].x[lane] = extrapolated_[k].swept[j].x[lane] = now[j]->x[lane];
         }
-    }
+    });
 }
 
 } // namespace sim

@@ -1,7 +1,9 @@
 #include "sim/solve/contact_solver.h"
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/model/integrate.h"
 #include "sim/solve/gap_measure.h"
+#include "sim/solve/half_kicks.h"
 #include "sim/solve/time_of_impact.h"
 
 #include <algorithm>
@@ -257,20 +259,31 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     report.converged = report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
 }
 
-void ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs,
-                                   std::span<Joint> joints) {
+std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs,
+                                               std::span<Joint> joints) {
     memory_interval_ = converged_ ? rules_.h : 0.0;
     at_node_ = bodies.velocity;
-    const auto has_any = [](const ContactGroup& group) { return !group.contacts.loop.empty(); };
-    groups_.for_each(workers_, has_any, [&](ContactGroup& group) {
+    const auto has_pairs = [](const ContactGroup& group) { return !group.pairs.empty(); };
+    groups_.for_each(workers_, has_pairs, [&](ContactGroup& group) {
         const std::span<const Joint> of_group = group.has_joints ? joints : std::span<Joint>{};
         group.contacts.store(pairs, group.pairs, of_group, to_, at_node_);
     });
+    std::vector<int> connected = sets_of_one(at_node_.size());
+    std::vector<std::size_t> without_joints; // these have half kicks that hold against those of contacts
+    for (const ContactGroup& group : groups_) {
+        group.contacts.unite_loaded(connected);
+        if (!group.has_joints) {
+            without_joints.insert(without_joints.end(), group.bodies.begin(), group.bodies.end());
+        }
+    }
+    find_firsts(connected);
+    cut_half_kicks(bodies, without_joints, connected, to_.velocity, at_node_);
     joints_.store(joints, joint_weight_);
     joints_.add_before(joint_weight_, at_node_);
     for (Joint& joint : joints) {
         joint.memory.last_interval = rules_.h;
     }
+    return connected;
 }
 
 int ContactSolver::contact_count() const {

@@ -32,8 +32,9 @@ public:
     /// velocity() and predicted(). iterations: the most of a group.
     ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints);
 
-    /// Stores impulses and marks in the memory of pairs and joints.
-    void store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<Joint> joints);
+    /// Stores impulses and marks in the memory of pairs and joints. Returns bodies that loads connect, each by the first of them
+    /// [body_count].
+    std::vector<int> store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<Joint> joints);
 
     /// Once the impulses are stored: what kinematic bodies and motors do by them.
     DriveWork drive_work(const Bodies& bodies);

@@ -1,4 +1,6 @@
 #include "sim/solve/resting_contacts.h"
+
+#include "sim/base/disjoint_sets.h"
 #include "sim/solve/time_of_impact.h"
 
 #include <algorithm>
@@ -160,6 +162,18 @@ void RestingContacts::forget_left_out(const std::vector<PairContacts>& pairs, st
         for (const Contact& contact : pairs[static_cast<std::size_t>(i)].manifold.contacts) {
             if (!std::ranges::binary_search(held, &contact)) {
                 contact.memory = {};
+            }
+        }
+    }
+}
+
+void RestingContacts::unite_loaded(std::vector<int>& connected) const {
+    for (std::size_t i = 0; i < loop.batches.size(); ++i) {
+        const BlockBatch& batch = loop.batches[i];
+        for (unsigned lanes = batch.moves_a & batch.moves_b; lanes != 0; lanes &= lanes - 1) {
+            const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
+            if (rest_blocks[i].load.x[lane] > 0.0) {
+                unite(connected, batch.a[lane], batch.b[lane]);
             }
         }
     }

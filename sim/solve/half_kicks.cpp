@@ -1,9 +1,7 @@
 #include "sim/solve/half_kicks.h"
 
-#include "sim/base/disjoint_sets.h"
-
 #include <algorithm>
-#include <numeric>
+#include <cmath>
 
 namespace sim {
 namespace {
@@ -32,26 +30,16 @@ double owed_work(const PairContacts& pair, const Bodies& bodies, std::size_t i, 
 struct Kicks {
     double work = 0.0;   ///< [J] at the velocities before, seen from kinematic bodies
     double change = 0.0; ///< [J] kinetic energy of what they change
+    double room = 0.0;   ///< [J] that they may give
 
-    /// So much of them [-] as gives no energy: of the share s that is s * work + s^2 * change.
-    double share() const { return work + change > 0.0 ? std::max(-work / change, 0.0) : 1.0; }
+    /// So much of them [-] as gives no more: of the share s that is s * work + s^2 * change.
+    double share() const {
+        const double most = std::max(room, 0.0);
+        return work + change > most ? (std::sqrt(work * work + 4.0 * change * most) - work) / (2.0 * change) : 1.0;
+    }
 };
 
 } // namespace
-
-std::vector<int> connected_by_loads(const Bodies& bodies, std::span<const PairContacts> pairs) {
-    std::vector<int> first(bodies.props.size());
-    std::iota(first.begin(), first.end(), 0);
-    for_each_owing(pairs, [&](const PairContacts&, std::size_t a, std::size_t b) {
-        if (!bodies.props[a].is_static() && !bodies.props[b].is_static()) {
-            unite(first, static_cast<int>(a), static_cast<int>(b));
-        }
-    });
-    for (int& of : first) {
-        of = first[static_cast<std::size_t>(of)]; // that one, earlier, is right
-    }
-    return first;
-}
 
 void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std::span<PairContacts> pairs,
                       std::span<Velocity> velocity) {
@@ -79,6 +67,27 @@ void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std:
         pair.owed_impulse *= of_pair(a, b).share();
         pair.owed_moment *= of_pair(a, b).share();
     });
+}
+
+void cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std::span<const int> connected,
+                    std::span<const Velocity> after, std::span<Velocity> at_node) {
+    std::vector<Kicks> kicks(at_node.size()); // of connected bodies, by the first of them
+    const auto kicks_of = [&](std::size_t body) -> Kicks& { return kicks[static_cast<std::size_t>(connected[body])]; };
+    for (const std::size_t i : own) {
+        const auto energy = [&](const Velocity& of) { return kinetic_energy(bodies.props[i], bodies.pose[i].orientation, of); };
+        const Velocity& before = bodies.velocity[i];
+        const double change = energy({at_node[i].v - before.v, at_node[i].w - before.w});
+        const double begun = energy(before);
+        kicks_of(i).change += change;
+        kicks_of(i).work += energy(at_node[i]) - begun - change;
+        kicks_of(i).room += energy(after[i]) - begun;
+    }
+    for (const std::size_t i : own) {
+        const Velocity& before = bodies.velocity[i];
+        if (const double share = kicks_of(i).share(); share < 1.0) {
+            at_node[i] = {before.v + share * (at_node[i].v - before.v), before.w + share * (at_node[i].w - before.w)};
+        }
+    }
 }
 
 double half_kick_work(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,

@@ -5,14 +5,17 @@
 
 namespace sim {
 
-/// Bodies that move and that owed impulses connect, each by the first of them [body_count]; the others by themselves.
-std::vector<int> connected_by_loads(const Bodies& bodies, std::span<const PairContacts> pairs);
-
 /// Adds them to `velocity`, that of `bodies`. A force keeps bodies where they are: its half kick takes back what went astray of
 /// their energy. What would give some to all that loads connect was no force but a push that has done its work, and the pairs owe
-/// so much less of it that it gives none. connected: connected_by_loads().
+/// so much less of it that it gives none. connected [body_count]: bodies that loads connect, each by the first of them.
 void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std::span<PairContacts> pairs,
                       std::span<Velocity> velocity);
+
+/// at_node: velocities at an instant with its half kicks, those of `bodies` before its impulses, `after` them. In between bodies have
+/// no more energy than before or after, but where some of their contacts begin to bear what others have borne: a row that is being
+/// wedged. The half kicks of those of the bodies `own` that are `connected` are cut to what gives no more; `own` move, and have no joints.
+void cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std::span<const int> connected,
+                    std::span<const Velocity> after, std::span<Velocity> at_node);
 
 /// Work [J] that kinematic bodies do by those of pairs with a body in `only` [body_count]. kinematic: kinematic_velocity().
 double half_kick_work(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,

@@ -52,6 +52,8 @@ public:
     void store(const std::vector<PairContacts>& pairs, std::span<const int> own, std::span<const Joint> joints, Prediction& to,
                std::span<Velocity> at_node);
 
+    /// Once they are stored: unites the bodies that move and that loads connect; see disjoint_sets.h.
+    void unite_loaded(std::vector<int>& connected) const;
     /// Once they are stored: what kinematic bodies do by the impulses. velocity: kinematic_velocity().
     DriveWork work_by(std::span<const Velocity> velocity) const;
 

@@ -25,6 +25,7 @@ void exchange(Archive& archive, State& state) {
     archive(state.stopped_at_impact);
     archive(state.repair.verified_penetration);
     archive(state.joint_rate);
+    archive(state.connected);
     state.contact_solver.exchange_plan(archive);
     // What contacts and joints remember.
     for (auto& joint : state.joints) {

@@ -1,5 +1,6 @@
 #include "sim/world/world.h"
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/base/error.h"
 #include "sim/model/integrate.h"
 #include "sim/scene/bounds.h"
@@ -96,6 +97,7 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     }
     const auto has_motor = [](const Joint& joint) { return joint.motor.has_value(); };
     let_wait(scene); // the search has seen all bodies as what they will be
+    connected = sets_of_one(bodies.props.size());
     has_drives = !bodies.kinematic.empty() || std::ranges::any_of(joints, has_motor);
     settings.impacts = impact_handling(scene);
     contact_solver.set_workers(&workers);
@@ -213,7 +215,6 @@ void WorldState::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
     after_collisions = bodies.velocity;
     joint_rows.prepare(bodies, joints);
-    const std::vector<int> connected = connected_by_loads(bodies, search.pairs);
     apply_half_kicks(bodies, connected, search.pairs, after_collisions);
     joint_rows.add_owed(joints, after_collisions);
     const std::vector<Velocity> before = has_drives ? after_collisions : std::vector<Velocity>();

@@ -217,6 +217,11 @@ TEST(law_random_scenes, what_an_impact_turns_gives_no_energy) {
     judge(145, 145, 0, 30.0);
 }
 
+/// What wedges a row lies at contacts that bore nothing before: half of what the others take up is told of no instant.
+TEST(law_random_scenes, what_is_told_of_a_jam_has_no_energy_of_its_own) {
+    judge(1352, 1352, 0);
+}
+
 TEST(law_random_scenes, DISABLED_most_of_two_hundred_converge_and_none_gains_energy) {
     judge(1, 200, 5);
 }

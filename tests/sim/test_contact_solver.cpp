@@ -42,10 +42,11 @@ struct Stack {
         find_contacts({bodies.props[ia].shape, bodies.pose[ia]}, {bodies.props[ib].shape, bodies.pose[ib]}, 1e-3, contacts);
         replace_contacts(found, contacts);
     }
-    void solve() {
+    /// Returns what store_impulses() does.
+    std::vector<int> solve() {
         solver.prepare(bodies, pairs, {}, settings, time_step);
         report = solver.solve(bodies, pairs, {});
-        solver.store_impulses(bodies, pairs, {});
+        return solver.store_impulses(bodies, pairs, {});
     }
     double load(std::size_t pair) const {
         double sum = 0.0;
@@ -140,6 +141,25 @@ Stack row_and_tower(int others, int tower) {
 }
 
 } // namespace
+
+TEST(contact_solver, loads_connect_bodies_that_move) {
+    Stack stack(3);
+    add_body(stack.bodies, make_props(Box{}, 1000.0), {Vec3(5, 0, 0.5), Quat::Identity()});
+    stack.pair(3, 4);
+    EXPECT_EQ(stack.solve(), (std::vector<int>{0, 0, 0, 3, 4}));
+}
+
+TEST(contact_solver, an_impact_that_is_waited_for_bears_nothing) {
+    Stack stack(1, 5e-4);
+    stack.settings.impacts = ImpactHandling::stop;
+    stack.bodies.velocity[0].v.z() = -1.0;
+    for (Contact& contact : stack.pairs[0].manifold.contacts) {
+        contact.memory = {.p_n = 1.0, .signed_interval = time_step, .last_interval = time_step};
+    }
+    stack.solve();
+    EXPECT_EQ(stack.solver.contact_count(), 0);
+    EXPECT_EQ(stack.load(0), 0.0);
+}
 
 /// Both start from impulses of a shorter interval, of which those of the row are far too large.
 TEST(contact_solver, a_group_is_solved_as_if_it_were_alone) {
