@@ -17,8 +17,7 @@ namespace {
 /// Share [-] of the tolerance that each of these may leave: a change that ends the sweeps (over h; or the velocity tolerance,
 /// whichever is smaller; more than it over h is visited again where sweeps go on); the gap errors of one linear solve before it
 /// is repeated at the predicted poses; and a gap as it is, for closing it would need a velocity, which the next step has to take
-/// away again, and no tower rests on such. Where a linear solve leaves more than the tolerance, this share of the change that
-/// ended its sweeps ends those of the next one.
+/// away again, and no tower rests on such.
 constexpr double left_share = 0.5;
 
 /// Share [-] of the impulses at t0 that acts before it, when the velocities were last exact `last_interval`
@@ -152,14 +151,14 @@ double ContactSolver::part_of(double tolerance) const {
     return std::min(std::max(rules_.step_share * tolerance, gap_rounding), tolerance);
 }
 
-/// Sweeps over joints and contacts (projected Gauss-Seidel) until neither changes by more than this part [-] of what is enough; the
-/// joints are closed then. Returns their number.
-int ContactSolver::iterate(ContactGroup& group, int budget, double part, bool& converged) {
+/// Sweeps over joints and contacts (projected Gauss-Seidel) until neither changes by more than what is enough; the joints are closed
+/// then. Returns their number.
+int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
     Blocks& loop = group.contacts.loop;
     const double tolerance = iteration_tolerance_;
     int count = 0;
     const auto is_enough = [&](double change) {
-        return change <= std::max(part * group.enough, loop.let_pass() * settings_.tolerance / rules_.h);
+        return change <= std::max(group.enough, loop.let_pass() * settings_.tolerance / rules_.h);
     };
     bool has_yielded = false;
     double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
@@ -220,7 +219,6 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     to_.update(bodies, group.bodies, workers);
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
-    double part = 1.0; // see iterate()
     for (int outer = 0; !contacts.loop.empty() || group.has_joints; ++outer) {
         const auto [contacts_before, joints_before] = std::pair(report.residual, report.joint_residual);
         report.residual = gaps.measure();
@@ -245,13 +243,10 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
             to_.update(bodies, group.bodies, workers);
             continue;
         }
-        if (outer > 0 && report.residual > gap_tolerance) {
-            part *= left_share; // what the linear solve before asked for has not been enough
-        }
         bool converged = false;
-        report.iterations += iterate(group, left, part, converged);
+        report.iterations += iterate(group, left, converged);
         for (int round = 0; round < most_rounds && converged && contacts.update_marks(bodies, pairs, to_.velocity); ++round) {
-            report.iterations += iterate(group, std::max(settings_.iteration_limit - report.iterations, 1), part, converged);
+            report.iterations += iterate(group, std::max(settings_.iteration_limit - report.iterations, 1), converged);
         }
         to_.update(bodies, group.bodies, workers);
     }

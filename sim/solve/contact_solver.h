@@ -76,7 +76,7 @@ private:
     void give_guess(const Bodies& bodies, ContactGroup& group);
     void take_uncertain(ContactGroup& group);
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
-    int iterate(ContactGroup& group, int budget, double part, bool& converged);
+    int iterate(ContactGroup& group, int budget, bool& converged);
     void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
 
     StepSettings settings_;
