@@ -12,7 +12,7 @@ namespace {
 constexpr double search_share = 0.1;
 
 /// Pairs are searched for in a frame that moves with the bodies where that makes their speeds less than this share [-].
-constexpr double frame_share = 0.5;
+constexpr double frame_share = 0.25;
 
 /// How many times [-] as fast a body may turn by its inertia alone: its energy is kept.
 double spin_growth(const BodyProps& props) {
