@@ -38,6 +38,11 @@ struct alignas(64) Velocity {
     Vec3 at(const Vec3& r) const { return v + w.cross(r); }
 };
 
+/// from + s (to - from).
+inline Velocity between(const Velocity& from, const Velocity& to, double s) {
+    return {from.v + s * (to.v - from.v), from.w + s * (to.w - from.w)};
+}
+
 /// Largest velocity [m/s] that the body's rotation gives a point of it.
 inline double rim_speed(const BodyProps& props, const Velocity& velocity) {
     const double turn = velocity.w.norm();

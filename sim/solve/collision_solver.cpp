@@ -74,11 +74,6 @@ bool collides(const PairContacts& pair, const PairApproach& approach) {
                                [&](const Contact& contact) { return approach.of(contact).in_pass > 0.0; });
 }
 
-/// from + s (to - from).
-Velocity between(const Velocity& from, const Velocity& to, double s) {
-    return {from.v + s * (to.v - from.v), from.w + s * (to.w - from.w)};
-}
-
 } // namespace
 
 /// Blocks of this pass. Returns false if no contact is a collision.

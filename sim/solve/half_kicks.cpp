@@ -28,9 +28,9 @@ double owed_work(const PairContacts& pair, const Bodies& bodies, std::size_t i, 
 
 /// Half kicks of bodies that loads connect.
 struct Kicks {
-    double work = 0.0;   ///< [J] at the velocities before, seen from kinematic bodies
+    double work = 0.0;   ///< [J] at the velocities before, of those before collisions seen from kinematic bodies
     double change = 0.0; ///< [J] kinetic energy of what they change
-    double room = 0.0;   ///< [J] that they may give
+    double room = 0.0;   ///< [J] that they may give: of what is told, what all impulses of the instant give
 
     /// So much of them [-] as gives no more: of the share s that is s * work + s^2 * change.
     double share() const {
@@ -83,9 +83,8 @@ void cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std:
         kicks_of(i).room += energy(after[i]) - begun;
     }
     for (const std::size_t i : own) {
-        const Velocity& before = bodies.velocity[i];
         if (const double share = kicks_of(i).share(); share < 1.0) {
-            at_node[i] = {before.v + share * (at_node[i].v - before.v), before.w + share * (at_node[i].w - before.w)};
+            at_node[i] = between(bodies.velocity[i], at_node[i], share);
         }
     }
 }
