@@ -260,21 +260,21 @@ TEST_F(faults, damaged_files_are_told) {
     ASSERT_EQ(prepared.code, 0) << prepared.err;
     const Damage damages[] = {
         {"out/block/trajectory.h5",
-         "render out/block/trajectory.h5 --no-video --frames 0:1 --out drawn --quiet", "023", 24},
-        {"block.toml", "check block.toml --quiet", "02", 24},
-        {"rock.obj", "check hull.toml --quiet", "02", 16},
-        {"b.png", "compare a.png b.png --quiet", "0134", 24},
-        {"out/block/frames/frame_000001.png", "join out/block --out joined --quiet", "034", 16},
-        {"out/block/frames/run.json", "join out/block --out joined --quiet", "0234", 12},
-        {"out/block/summary.json", "gallery out --quiet", "03", 12},
-        {"out/block/block.mp4", "compare whole/block/block.mp4 out/block/block.mp4 --quiet", "01234", 16},
-        {"baselines/block/common/baseline.json", "baseline check block.toml --quiet", "01234", 12},
-        {"limits.json", "compare a.png b.png --limits limits.json --quiet", "012", 12},
+         "render out/block/trajectory.h5 --no-video --frames 0:1 --out drawn --quiet", "023", 12},
+        {"block.toml", "check block.toml --quiet", "02", 12},
+        {"rock.obj", "check hull.toml --quiet", "02", 8},
+        {"b.png", "compare a.png b.png --quiet", "0134", 12},
+        {"out/block/frames/frame_000001.png", "join out/block --out joined --quiet", "034", 8},
+        {"out/block/frames/run.json", "join out/block --out joined --quiet", "0234", 6},
+        {"out/block/summary.json", "gallery out --quiet", "03", 6},
+        {"out/block/block.mp4", "compare whole/block/block.mp4 out/block/block.mp4 --quiet", "01234", 8},
+        {"baselines/block/common/baseline.json", "baseline check block.toml --quiet", "01234", 6},
+        {"limits.json", "compare a.png b.png --limits limits.json --quiet", "012", 6},
     };
     std::mt19937 random(5);
     for (const Damage& damage : damages) {
         const std::string whole = bytes(damage.file);
-        for (int i = 0; i < (has_sanitizer ? damage.rounds / 4 : damage.rounds); ++i) {
+        for (int i = 0; i < (has_sanitizer ? damage.rounds / 2 : damage.rounds); ++i) {
             sim::write_file(folder / damage.file, damaged(whole, random));
             const Outcome outcome = tumble(damage.command);
             SCOPED_TRACE(std::string(damage.command) + ", damage " + std::to_string(i) + "\n" + outcome.err);

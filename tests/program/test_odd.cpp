@@ -176,7 +176,8 @@ TEST_F(odd, files_without_an_end_are_refused_and_pipes_can_be_interrupted) {
     const Outcome endless = tumble("check /dev/zero");
     EXPECT_EQ(endless.code, 3);
     EXPECT_EQ(endless.err, "tumble: cannot read /dev/zero: it is larger than 256 MiB\n");
-    const Outcome pipe = shell("mkfifo pipe.toml; \"$TUMBLE\" check pipe.toml & process=$!\nsleep 0.5; kill "
+    // Once the pipe can be written to, it is read.
+    const Outcome pipe = shell("mkfifo pipe.toml; \"$TUMBLE\" check pipe.toml & process=$!\nexec 3>pipe.toml; sleep 0.1; kill "
                                "$process; wait $process");
     EXPECT_EQ(pipe.code, 130);
     EXPECT_EQ(pipe.err, "tumble: interrupted\n");

@@ -39,12 +39,16 @@ protected:
         return on_cluster("timeout 100 \"$TUMBLE\" " + arguments);
     }
 
-    /// Frames, film and trajectory.
+    /// Frames, film and trajectory; of frames that differ it is told by how much.
     void expect_same_results(const std::string& a, const std::string& b) const {
         for (const std::string& name : files_in(a)) {
             if (name.ends_with(".png") || name.ends_with(".mp4") || name.ends_with(".h5")) {
-                EXPECT_TRUE(fs::exists(folder / b / name) && bytes(a + "/" + name) == bytes(b + "/" + name))
-                    << name;
+                ASSERT_TRUE(fs::exists(folder / b / name)) << name;
+                EXPECT_TRUE(bytes(a + "/" + name) == bytes(b + "/" + name))
+                    << name << "\n"
+                    << (name.ends_with(".png")
+                            ? tumble("compare '" + a + "/" + name + "' '" + b + "/" + name + "'").out
+                            : "");
             }
         }
     }
@@ -52,7 +56,7 @@ protected:
     const std::string cluster = "'" TUMBLE_SOURCE_DIR "/tests/tools/cluster.sh'";
     /// As long as several polls of Slurm's controller.
     const std::string slow =
-        "run block.toml --size 1920x1080 --duration 4 --set output.subframes=16 --set output.shutter=0.5 ";
+        "run block.toml --size 1280x720 --duration 4 --set output.subframes=16 --set output.shutter=0.5 ";
 };
 
 /// study.csv without what was measured: processor time.

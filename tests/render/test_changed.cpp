@@ -10,8 +10,8 @@
 
 namespace {
 
-constexpr int width = 320;
-constexpr int height = 180;
+constexpr int frame_width = 320;
+constexpr int frame_height = 180;
 constexpr int count = 4;
 
 /// A ball that moves to the right; the sun stands before and left of it.
@@ -81,10 +81,10 @@ TEST(changed, sub_frames_drawn_in_part_are_those_drawn_whole) {
     for (const sim::SceneDef& scene : {flying_ball(), shading_ball(), rolling_ball(), mirrored_ball()}) {
         const sim::Snapshot snapshot = sample::start(scene);
         const std::vector<sim::Snapshot> states = render::states_in_shutter(snapshot, 0.05, count);
-        render::Renderer renderer(scene, width, height);
+        render::Renderer renderer(scene, frame_width, frame_height);
         render::PictureMean mean;
         for (const sim::Snapshot& state : states) {
-            mean.add(renderer.draw(state), {0, 0, width, height});
+            mean.add(renderer.draw(state), {0, 0, frame_width, frame_height});
         }
         const render::Image expected = mean.take();
         const Differences found = differences(renderer.draw_blurred(snapshot, 0.05, count), expected);
@@ -92,10 +92,10 @@ TEST(changed, sub_frames_drawn_in_part_are_those_drawn_whole) {
         EXPECT_LT(found.count, 60);
         EXPECT_GT(differences(renderer.draw(snapshot), expected).largest, 30); // blurred it is
 
-        const std::vector<render::DrawList> lists = render::PicturePlan(scene, width, height).lists(states);
-        EXPECT_EQ(lists[0].redrawn, (render::PixelRect{0, 0, width, height}));
+        const std::vector<render::DrawList> lists = render::PicturePlan(scene, frame_width, frame_height).lists(states);
+        EXPECT_EQ(lists[0].redrawn, (render::PixelRect{0, 0, frame_width, frame_height}));
         EXPECT_EQ(lists[1].redrawn, lists[3].redrawn);
-        EXPECT_LT(lists[1].redrawn.width * lists[1].redrawn.height, width * height / 4);
+        EXPECT_LT(lists[1].redrawn.width * lists[1].redrawn.height, frame_width * frame_height / 4);
         EXPECT_LT(lists[1].shadows_redrawn.width, lists[0].shadows_redrawn.width * 3 / 4);
     }
 }
@@ -106,17 +106,17 @@ TEST(changed, a_body_is_not_drawn_until_it_is_released) {
     scene.bodies[2].release = 1.0;
     none.bodies[2].look.visible = false;
     const auto picture = [](const sim::SceneDef& of, double time) {
-        return render::Renderer(of, width, height).draw(sample::start(of, time)).rgb;
+        return render::Renderer(of, frame_width, frame_height).draw(sample::start(of, time)).rgb;
     };
     EXPECT_EQ(picture(scene, 1.0), picture(there, 1.0));
     EXPECT_EQ(picture(scene, 0.99), picture(none, 0.99)); // its shadow neither
     EXPECT_NE(picture(there, 1.0), picture(none, 1.0));
     // It comes, and stands, while the shutter is open.
     const sim::Snapshot snapshot = sample::start(scene, 1.0);
-    render::Renderer renderer(scene, width, height);
+    render::Renderer renderer(scene, frame_width, frame_height);
     render::PictureMean mean;
     for (const sim::Snapshot& state : render::states_in_shutter(snapshot, 0.05, count)) {
-        mean.add(renderer.draw(state), {0, 0, width, height});
+        mean.add(renderer.draw(state), {0, 0, frame_width, frame_height});
     }
     EXPECT_LT(differences(renderer.draw_blurred(snapshot, 0.05, count), mean.take()).count, 60);
 }
@@ -130,7 +130,7 @@ TEST(changed, a_ball_mirrors_the_same_during_a_whole_film) {
             scene.bodies.back().release = 1.0;
         }
         const std::vector<sim::Snapshot> states{sample::start(scene)};
-        return render::PicturePlan(scene, width, height).lists(states)[0].mirrored.spheres;
+        return render::PicturePlan(scene, frame_width, frame_height).lists(states)[0].mirrored.spheres;
     };
     EXPECT_EQ(mirrored_with(30), 2);
     EXPECT_EQ(mirrored_with(31), 0);
@@ -140,9 +140,9 @@ TEST(changed, all_is_drawn_anew_where_the_camera_or_the_floor_moves) {
     sim::SceneDef scene = rolling_ball();
     const auto redrawn = [&scene] {
         const std::vector<sim::Snapshot> states = render::states_in_shutter(sample::start(scene), 0.05, count);
-        return render::PicturePlan(scene, width, height).lists(states)[1].redrawn;
+        return render::PicturePlan(scene, frame_width, frame_height).lists(states)[1].redrawn;
     };
-    const render::PixelRect whole{0, 0, width, height};
+    const render::PixelRect whole{0, 0, frame_width, frame_height};
     EXPECT_NE(redrawn(), whole);
     scene.bodies[0].velocity = sim::Vec3(0, 0, 0.1);
     EXPECT_EQ(redrawn(), whole);

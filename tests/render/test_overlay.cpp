@@ -15,8 +15,8 @@ using namespace render;
 
 namespace {
 
-constexpr int width = 320;
-constexpr int height = 240;
+constexpr int picture_width = 320;
+constexpr int picture_height = 240;
 
 /// A cube of 2 m on the floor, seen from the side.
 sim::SceneDef cube_scene() {
@@ -35,7 +35,7 @@ sim::ContactSnapshot contact_at(float x, float y, float z, bool is_sticking) {
 
 glm::vec3 color_at(const Image& image, int x, int y) {
     const std::uint8_t* rgb =
-        &image.rgb[3 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x))];
+        &image.rgb[3 * (static_cast<std::size_t>(y) * picture_width + static_cast<std::size_t>(x))];
     return glm::vec3(rgb[0], rgb[1], rgb[2]) / 255.0f;
 }
 
@@ -45,7 +45,7 @@ struct Pair {
     Image drawn;
 };
 Pair draw(const sim::SceneDef& scene, const sim::Snapshot& snapshot, double film_time = 0.0) {
-    Renderer renderer(scene, width, height);
+    Renderer renderer(scene, picture_width, picture_height);
     Overlay overlay(scene);
     Pair pair{renderer.draw(snapshot), {}};
     pair.drawn = pair.plain;
@@ -71,11 +71,11 @@ TEST(overlay, contacts_lie_where_perspective_says_in_the_colours_of_sticking_and
     sim::Snapshot snapshot = sample::start(scene);
     snapshot.contacts = {contact_at(-0.5f, -1, 1.25f, true), contact_at(0.5f, -1, 1.25f, false)};
     const Pair pair = draw(scene, snapshot);
-    const int y = static_cast<int>(height / 2 - 0.25 * 36.63);
+    const int y = static_cast<int>(picture_height / 2 - 0.25 * 36.63);
     const int x = static_cast<int>(0.5 * 36.63);
-    EXPECT_LT(glm::length(color_at(pair.drawn, width / 2 - x, y) - category_color(1)), 0.02f);
-    EXPECT_LT(glm::length(color_at(pair.drawn, width / 2 + x, y) - category_color(5)), 0.02f);
-    EXPECT_EQ(color_at(pair.drawn, width / 2, y), color_at(pair.plain, width / 2, y));
+    EXPECT_LT(glm::length(color_at(pair.drawn, picture_width / 2 - x, y) - category_color(1)), 0.02f);
+    EXPECT_LT(glm::length(color_at(pair.drawn, picture_width / 2 + x, y) - category_color(5)), 0.02f);
+    EXPECT_EQ(color_at(pair.drawn, picture_width / 2, y), color_at(pair.plain, picture_width / 2, y));
 }
 
 TEST(overlay, contacts_behind_a_body_are_faint) {
@@ -84,8 +84,8 @@ TEST(overlay, contacts_behind_a_body_are_faint) {
     sim::Snapshot snapshot = sample::start(scene);
     snapshot.contacts = {contact_at(0, 1, 1, true)};
     const Pair pair = draw(scene, snapshot);
-    const glm::vec3 before = color_at(pair.plain, width / 2, height / 2);
-    const glm::vec3 after = color_at(pair.drawn, width / 2, height / 2);
+    const glm::vec3 before = color_at(pair.plain, picture_width / 2, picture_height / 2);
+    const glm::vec3 after = color_at(pair.drawn, picture_width / 2, picture_height / 2);
     EXPECT_GT(glm::length(after - before), 0.02f);
     EXPECT_LT(glm::length(after - before), 0.65f * glm::length(category_color(1) - before));
 }
@@ -97,10 +97,11 @@ TEST(overlay, impulses_point_the_way_the_moving_body_is_pushed) {
     sim::Snapshot snapshot = sample::start(scene);
     snapshot.contacts = {contact_at(0, -1, 1, true)}; // 1 N s down on the floor, up on the cube
     const Pair pair = draw(scene, snapshot);
-    EXPECT_GT(glm::length(color_at(pair.drawn, width / 2, height / 2 - 20) -
-                          color_at(pair.plain, width / 2, height / 2 - 20)),
+    EXPECT_GT(glm::length(color_at(pair.drawn, picture_width / 2, picture_height / 2 - 20) -
+                          color_at(pair.plain, picture_width / 2, picture_height / 2 - 20)),
               0.1f);
-    EXPECT_EQ(color_at(pair.drawn, width / 2, height / 2 + 20), color_at(pair.plain, width / 2, height / 2 + 20));
+    EXPECT_EQ(color_at(pair.drawn, picture_width / 2, picture_height / 2 + 20),
+              color_at(pair.plain, picture_width / 2, picture_height / 2 + 20));
 }
 
 // An impact that stops a body of 2 kg after a fall of 0.05 view distances has an arrow of that length; twice the impulse,
@@ -119,13 +120,13 @@ TEST(overlay, impacts_have_arrows_of_their_own_colour_and_scale) {
     const Pair pair = draw(scene, snapshot);
     const auto above = static_cast<int>(0.5 * 2.0 * length * 36.63);
     // The line is less than a pixel wide: between the body's colour and its own.
-    const glm::vec3 found = color_at(pair.drawn, width / 2, height / 2 - above);
-    const glm::vec3 before = color_at(pair.plain, width / 2, height / 2 - above);
+    const glm::vec3 found = color_at(pair.drawn, picture_width / 2, picture_height / 2 - above);
+    const glm::vec3 before = color_at(pair.plain, picture_width / 2, picture_height / 2 - above);
     EXPECT_LT(glm::length(found - category_color(3)), 0.75f * glm::length(before - category_color(3)));
     EXPECT_LT(glm::length(found - category_color(3)), 0.75f * glm::length(found - category_color(1)));
     for (const int beyond : {-12, static_cast<int>(2.0 * length * 36.63) + 12}) {
-        EXPECT_EQ(color_at(pair.drawn, width / 2, height / 2 - beyond),
-                  color_at(pair.plain, width / 2, height / 2 - beyond));
+        EXPECT_EQ(color_at(pair.drawn, picture_width / 2, picture_height / 2 - beyond),
+                  color_at(pair.plain, picture_width / 2, picture_height / 2 - beyond));
     }
 }
 
@@ -149,7 +150,7 @@ TEST(overlay, same_state_gives_the_same_bytes) {
     snapshot.contacts = {contact_at(-0.5f, -1, 1.25f, true), contact_at(0.5f, -1, 1.25f, false)};
     NoteTaker taker(scene);
     taker.observe(snapshot);
-    Renderer renderer(scene, width, height);
+    Renderer renderer(scene, picture_width, picture_height);
     Image images[2];
     for (Image& image : images) {
         image = renderer.draw(snapshot);
@@ -216,7 +217,7 @@ TEST(palette, scale_rises_in_lightness_throughout) {
 int changed_pixels(const Pair& pair, int from_row, int to_row) {
     int count = 0;
     for (int y = from_row; y < to_row; ++y) {
-        for (int x = 0; x < width; ++x) {
+        for (int x = 0; x < picture_width; ++x) {
             count += color_at(pair.plain, x, y) != color_at(pair.drawn, x, y) ? 1 : 0;
         }
     }
@@ -227,14 +228,14 @@ TEST(overlay, a_caption_is_there_at_its_time_and_place_and_fades) {
     sim::SceneDef scene = cube_scene();
     scene.captions = {{"A cube of 2 m", sim::CaptionPlace::bottom, 1.0, 2.0, 0.5}};
     const sim::Snapshot snapshot = sample::start(scene);
-    EXPECT_EQ(changed_pixels(draw(scene, snapshot, 0.9), 0, height), 0);
-    EXPECT_EQ(changed_pixels(draw(scene, snapshot, 3.0), 0, height), 0);
+    EXPECT_EQ(changed_pixels(draw(scene, snapshot, 0.9), 0, picture_height), 0);
+    EXPECT_EQ(changed_pixels(draw(scene, snapshot, 3.0), 0, picture_height), 0);
     const Pair whole = draw(scene, snapshot, 2.0);
-    EXPECT_GT(changed_pixels(whole, height - 60, height), 1000);
-    EXPECT_EQ(changed_pixels(whole, 0, height - 60), 0);
+    EXPECT_GT(changed_pixels(whole, picture_height - 60, picture_height), 1000);
+    EXPECT_EQ(changed_pixels(whole, 0, picture_height - 60), 0);
     // Half faded in: a panel's pixel beside the text is half as far from the plain picture.
     const Pair half = draw(scene, snapshot, 1.25);
-    const int x = width / 2, y = height - 11;
+    const int x = picture_width / 2, y = picture_height - 11;
     const float full = glm::length(color_at(whole.drawn, x, y) - color_at(whole.plain, x, y));
     ASSERT_GT(full, 0.03f);
     EXPECT_NEAR(glm::length(color_at(half.drawn, x, y) - color_at(half.plain, x, y)), 0.5f * full, 0.008f); // 2 / 255
@@ -245,7 +246,7 @@ TEST(overlay, a_card_covers_the_picture_and_long_lines_wrap) {
     const char* text = "One thousand cubes fall through a funnel of four plates";
     scene.captions = {{text, sim::CaptionPlace::card, 0.0, 2.0, 0.5}};
     const Pair pair = draw(scene, sample::start(scene), 0.0); // without fading in: the film begins with it
-    EXPECT_EQ(color_at(pair.drawn, 0, 0), color_at(pair.drawn, width - 1, height - 1));
+    EXPECT_EQ(color_at(pair.drawn, 0, 0), color_at(pair.drawn, picture_width - 1, picture_height - 1));
     const Font font;
     const std::vector<std::string> lines =
         font.lines("one two three\nfour", 20.0f, font.width("one two", 20.0f) + 1.0f);
@@ -262,7 +263,7 @@ TEST(overlay, the_legend_of_colours_is_below_a_title_as_wide_as_the_picture) {
     const Pair both = draw(scene, sample::start(scene));
     const int x = 220; // where both are
     int title_end = 0, legend_top = 0;
-    for (int y = height / 2; y > 0; --y) {
+    for (int y = picture_height / 2; y > 0; --y) {
         title_end = title_end == 0 && color_at(title.drawn, x, y) != color_at(title.plain, x, y) ? y + 1 : title_end;
         legend_top = color_at(both.drawn, x, y) != color_at(title.drawn, x, y) ? y : legend_top;
     }
@@ -288,11 +289,14 @@ TEST(overlay, a_logo_is_drawn_with_its_alpha_in_its_corner_over_cards_and_beside
     scene.overlay.logo_at = sim::LogoCorner::bottom_left;
     const int edge = 8; // 18 / 720 of 320 px
     Pair pair = draw(scene, sample::start(scene));
-    EXPECT_EQ(color_at(pair.drawn, edge + 30, height - edge - 30), glm::vec3(1, 0, 0));
-    EXPECT_EQ(color_at(pair.drawn, edge + 90, height - edge - 30), color_at(pair.plain, edge + 90, height - edge - 30));
-    EXPECT_EQ(color_at(pair.drawn, edge + 30, height - edge - 62), color_at(pair.plain, edge + 30, height - edge - 62));
+    EXPECT_EQ(color_at(pair.drawn, edge + 30, picture_height - edge - 30), glm::vec3(1, 0, 0));
+    EXPECT_EQ(color_at(pair.drawn, edge + 90, picture_height - edge - 30),
+              color_at(pair.plain, edge + 90, picture_height - edge - 30));
+    EXPECT_EQ(color_at(pair.drawn, edge + 30, picture_height - edge - 62),
+              color_at(pair.plain, edge + 30, picture_height - edge - 62));
     scene.captions = {{"card", sim::CaptionPlace::card}};
-    EXPECT_EQ(color_at(draw(scene, sample::start(scene)).drawn, edge + 30, height - edge - 30), glm::vec3(1, 0, 0));
+    EXPECT_EQ(color_at(draw(scene, sample::start(scene)).drawn, edge + 30, picture_height - edge - 30),
+              glm::vec3(1, 0, 0));
 
     scene.captions.clear();
     sample::show(scene, sim::Shown::title);
@@ -303,8 +307,8 @@ TEST(overlay, a_logo_is_drawn_with_its_alpha_in_its_corner_over_cards_and_beside
          {sim::LogoCorner::top_left, sim::LogoCorner::top_right, sim::LogoCorner::bottom_left}) {
         scene.overlay.logo_at = corner;
         pair = draw(scene, sample::start(scene));
-        const int clear = corner == sim::LogoCorner::top_right ? width - edge - 30 : edge + 90;
-        const int top = corner == sim::LogoCorner::bottom_left ? height - edge - 60 : edge;
+        const int clear = corner == sim::LogoCorner::top_right ? picture_width - edge - 30 : edge + 90;
+        const int top = corner == sim::LogoCorner::bottom_left ? picture_height - edge - 60 : edge;
         for (int y = top; y < top + 60; ++y) {
             EXPECT_EQ(color_at(pair.drawn, clear, y), color_at(pair.plain, clear, y)) << y;
         }
