@@ -6,7 +6,7 @@
 #include "sim/scene/overlap.h"
 #include "sim/scene/study.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -168,47 +168,60 @@ void Simulation::judge(const sim::StepReport& report) {
     if (report.max_penetration > std::max(scene_.step.tolerance, overlap_.amount)) {
         overlap_ = {report.max_penetration, world_.time(), world_.take_snapshot().bodies};
     }
-    if (report.at_iteration_limit && report.residual >= unconverged_.amount) {
-        unconverged_ = {report.residual, world_.time(), {}};
+    if (report.at_iteration_limit && report.unsettled.error >= unconverged_.amount) {
+        unconverged_ = {report.unsettled.error, world_.time(), {}};
         unsettled_ = report.unsettled;
         is_out_of_work_ = report.is_out_of_work;
     }
 }
 
+std::string Simulation::names(int a, int b) const {
+    return fmt::format("'{}' and '{}'", scene_.bodies[static_cast<std::size_t>(a)].name,
+                       scene_.bodies[static_cast<std::size_t>(b)].name);
+}
+
 std::string Simulation::missed_promise() const {
-    const auto names = [&](int a, int b) {
-        return fmt::format("'{}' and '{}'", scene_.bodies[static_cast<std::size_t>(a)].name,
-                           scene_.bodies[static_cast<std::size_t>(b)].name);
-    };
+    std::vector<std::string> missed;
     if (overlap_.amount > 0.0) {
-        sim::SceneDef then = scene_;
-        for (std::size_t i = 0; i < then.bodies.size(); ++i) {
-            then.bodies[i].pose = {overlap_.bodies[i].position, overlap_.bodies[i].orientation};
-        }
-        const std::optional<sim::StartOverlap> found = sim::find_start_overlap(then);
-        return fmt::format("at {:.6g} s {} overlap by {:.3g} m, expected at most the tolerance, {:g} m; {} of {} "
-                           "steps are above it",
-                           overlap_.time,
-                           found ? names(found->body_a, found->body_b) : "two bodies",
-                           overlap_.amount, scene_.step.tolerance, summary_.totals.steps_above_tolerance,
-                           summary_.totals.steps);
+        missed.push_back(missed_overlap());
     }
     if (summary_.totals.steps_at_iteration_limit > 0) {
-        const std::string where =
-            unsettled_.a < 0 ? std::string("in the joints")
-                             : fmt::format("between {}, in an island of {}, that still change by {:.3g} m/s",
-                                           names(unsettled_.a, unsettled_.b), unsettled_.island, unsettled_.change);
-        return fmt::format("at {:.6g} s a gap error of {:.3g} m was left {}, {}; {} of {} steps did not converge",
-                           unconverged_.time, unconverged_.amount, where,
-                           is_out_of_work_ ? "when the step's work was done"
-                                           : fmt::format("after {} sweeps of its shortest part", scene_.step.iteration_limit),
-                           summary_.totals.steps_at_iteration_limit, summary_.totals.steps);
+        missed.push_back(missed_convergence());
     }
     if (summary_.totals.max_energy_gain > sim::energy_gain_allowed) {
-        return fmt::format("energy grew by {:.3g} % of what the run turned over, expected at most {:g} %",
-                           100.0 * summary_.totals.max_energy_gain, 100.0 * sim::energy_gain_allowed);
+        missed.push_back(fmt::format("energy grew by {:.3g} % of what the run turned over, expected at most {:g} %",
+                                     100.0 * summary_.totals.max_energy_gain, 100.0 * sim::energy_gain_allowed));
     }
-    return {};
+    return fmt::format("{}", fmt::join(missed, "; "));
+}
+
+std::string Simulation::missed_overlap() const {
+    sim::SceneDef then = scene_;
+    for (std::size_t i = 0; i < then.bodies.size(); ++i) {
+        then.bodies[i].pose = {overlap_.bodies[i].position, overlap_.bodies[i].orientation};
+    }
+    const std::optional<sim::StartOverlap> found = sim::find_start_overlap(then);
+    return fmt::format("at {:.6g} s {} overlap by {:.3g} m, expected at most the tolerance, {:g} m; {} of {} steps are above it",
+                       overlap_.time, found ? names(found->body_a, found->body_b) : "two bodies", overlap_.amount,
+                       scene_.step.tolerance, summary_.totals.steps_above_tolerance, summary_.totals.steps);
+}
+
+std::string Simulation::missed_convergence() const {
+    const sim::Unsettled& what = unsettled_;
+    std::string left;
+    if (what.joint >= 0) {
+        left = fmt::format("joint '{}' was left open by {:.3g} m", scene_.joints[static_cast<std::size_t>(what.joint)].name, what.error);
+    } else if (what.a < 0) {
+        left = "collisions went on in the joints";
+    } else {
+        left = fmt::format("{} between {}, in an island of {}, that still change by {:.3g} m/s",
+                           what.error > 0.0 ? fmt::format("a gap error of {:.3g} m was left", what.error) : "collisions went on",
+                           names(what.a, what.b), what.island, what.change);
+    }
+    return fmt::format("at {:.6g} s {}, {}; {} of {} steps did not converge", unconverged_.time, left,
+                       is_out_of_work_ ? "when the step's work was done"
+                                       : fmt::format("after {} sweeps of its shortest part", scene_.step.iteration_limit),
+                       summary_.totals.steps_at_iteration_limit, summary_.totals.steps);
 }
 
 bool Simulation::is_shown_at(std::int64_t frame, std::int64_t step) const {

@@ -51,7 +51,7 @@ public:
     std::int64_t last_step() const { return last_step_; }
     /// Once advance() has returned.
     const sim::Summary& summary() const { return summary_; }
-    /// The promise that was missed by most: time, bodies and amount, in one sentence; empty if all steps converged
+    /// Promises that were missed, each by its time, bodies and amount, in one sentence; empty if all steps converged
     /// and ended within the tolerance, and energy did not grow.
     std::string missed_promise() const;
     /// [s] Processor time of the thread that advances.
@@ -74,6 +74,9 @@ private:
     void make_checkpoint();
     /// Keeps the step in mind if it is the worst so far.
     void judge(const sim::StepReport& report);
+    std::string names(int a, int b) const; ///< of two bodies
+    std::string missed_overlap() const;
+    std::string missed_convergence() const;
     /// Hands the present state to trajectory and film, where it is one of theirs. False once the film stops.
     bool record_state();
     /// What the state at a step serves.
@@ -108,8 +111,8 @@ private:
     std::shared_ptr<const sim::Snapshot> before_; ///< the state before, if a frame shows one between it and the next
     sim::Summary summary_;
     Miss overlap_;     ///< above the tolerance
-    Miss unconverged_; ///< a gap error that the sweeps left
-    sim::Unsettled unsettled_; ///< where
+    Miss unconverged_; ///< a gap error of contacts or of a joint
+    sim::Unsettled unsettled_; ///< then
     bool is_out_of_work_ = false;
     std::vector<sim::Snapshot> law_states_;
     std::int64_t steps_between_ = 0; ///< of kept states; 0: none are kept

@@ -11,12 +11,14 @@ inline constexpr int stage_count = static_cast<int>(Stage::count);
 inline constexpr std::array<const char*, stage_count> stage_names{"broad_phase", "narrow_phase", "collisions",
                                                                   "contacts", "integrate"};
 
-/// Contacts that a step left unsettled: the pair of bodies that its last sweep changed most.
+/// What a step left unsettled: the widest open joint, or contacts of the pair of bodies that its last sweep changed most.
 struct Unsettled {
+    int joint = -1;      ///< -1: the contacts
     int a = -1;
     int b = -1;
     int island = 0;      ///< bodies [-] that contacts connect with them
     double change = 0.0; ///< [m/s]
+    double error = 0.0;  ///< [m] the joint's gap, or the largest gap error of contacts
 };
 
 /// A run that gains more energy than this [-] has missed a promise; see EnergyWatch::gain().
@@ -34,7 +36,8 @@ struct StepReport {
     int impacts_stopped_at = 0;        ///< times of impact at which the step was divided
     int divisions = 0;                 ///< times the step was halved because it did not converge
     double interval = 0.0;             ///< [s] into which the step was divided, root mean square over its time
-    double residual = 0.0;             ///< [m] largest gap error left by the solve
+    double residual = 0.0;             ///< [m] largest gap error of contacts left by the solve
+    double joint_gap = 0.0;            ///< [m] largest of a joint, at the poses after the step; an angle counts with an arm of 1 m
     double max_penetration = 0.0;      ///< [m] on the geometry of the poses after the step, >= 0
     double energy_gain = 0.0;          ///< [-] see EnergyWatch::gain()
     bool at_iteration_limit = false;   ///< not converged, and not mended

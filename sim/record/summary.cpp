@@ -131,6 +131,7 @@ void StepTotals::add(const StepReport& report, double tolerance) {
     max_contacts = std::max<std::int64_t>(max_contacts, report.contacts);
     max_energy_gain = std::max(max_energy_gain, report.energy_gain);
     max_residual = std::max(max_residual, report.residual);
+    max_joint_gap = std::max(max_joint_gap, report.joint_gap);
     max_penetration = std::max(max_penetration, report.max_penetration);
     for (int i = 0; i < stage_count; ++i) {
         stage_ms[i] += report.stage_ms[i];
@@ -166,6 +167,7 @@ std::string summary_to_json(const SceneDef& scene, const Summary& summary) {
                  {"divisions", totals.divisions},
                  {"max_energy_gain", totals.max_energy_gain},
                  {"max_residual_m", totals.max_residual},
+                 {"max_joint_gap_m", totals.max_joint_gap},
                  {"max_penetration_m", totals.max_penetration},
                  {"start", mechanics_json(summary.start)},
                  {"end", mechanics_json(summary.end)},

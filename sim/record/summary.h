@@ -30,7 +30,8 @@ struct StepTotals {
     std::int64_t max_contacts = 0;              ///< of one step
     double square_intervals = 0.0;              ///< [s^2] sum, see interval()
     double max_energy_gain = 0.0;               ///< [-] see EnergyWatch::gain()
-    double max_residual = 0.0;                  ///< [m]
+    double max_residual = 0.0;                  ///< [m] of contacts
+    double max_joint_gap = 0.0;                 ///< [m]
     double max_penetration = 0.0;               ///< [m], geometry of the poses after each step
     std::array<double, stage_count> stage_ms{}; ///< [ms]
 

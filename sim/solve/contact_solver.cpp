@@ -289,12 +289,24 @@ int ContactSolver::contact_count() const {
     return static_cast<int>(count);
 }
 
+/// Of the group whose gaps miss their tolerance by most. Its joints are to blame where its contacts' gaps do not.
 Unsettled ContactSolver::least_settled() {
     Unsettled found;
+    double worst = -1.0;
     for (ContactGroup& group : groups_) {
-        const Unsettled of_group = group.contacts.loop.least_settled();
-        if (found.island == 0 || of_group.change > found.change) {
-            found = of_group;
+        const double of_contacts = group.report.residual / part_of(settings_.tolerance);
+        const double of_joints = group.report.joint_residual / part_of(settings_.joint_tolerance);
+        const bool are_joints = of_contacts <= 1.0 && of_joints > 1.0;
+        const double missed = are_joints ? of_joints : of_contacts;
+        if (missed <= worst || (group.contacts.loop.empty() && !are_joints)) {
+            continue;
+        }
+        worst = missed;
+        if (are_joints) {
+            found = {.joint = joints_.widest().joint, .error = joints_.widest().gap};
+        } else {
+            found = group.contacts.loop.least_settled();
+            found.error = group.report.residual;
         }
     }
     return found;

@@ -48,6 +48,7 @@ public:
     /// Velocities at t0 itself, once the impulses are stored: with the share of them that acts before it (Verlet's half).
     std::span<const Velocity> velocity_at_node() const { return at_node_; }
     int contact_count() const;
+    double joint_gap() const { return joints_.widest().gap; } ///< [m] largest at the predicted poses
     Unsettled least_settled();
 
     /// Puts or gets what is planned, and what the next solve takes from this one beside the memory of pairs and joints.

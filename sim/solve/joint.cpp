@@ -174,8 +174,9 @@ void JointSolver::target_rest() {
 
 double JointSolver::target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
                                   std::span<const Velocity> velocity, double h, double share) {
-    double largest = 0.0, square = 0.0;
+    double largest = 0.0, square = 0.0, square_gap = 0.0;
     JointAxes axes;
+    widest_ = {};
     for (Row& row : rows_) {
         const Joint& joint = joints[static_cast<std::size_t>(row.joint)];
         const Pose& a = predicted[static_cast<std::size_t>(row.a)];
@@ -194,8 +195,13 @@ double JointSolver::target_closed(std::span<const Joint> joints, std::span<const
         const double error = gap - (1.0 - share) * row.gap;
         row.target = row_velocity(row, velocity) - error / h;
         // The distance of anchors counts, not its components.
-        square = error * error + (is_point && row.index > 0 ? square : 0.0);
+        const bool goes_on = is_point && row.index > 0;
+        square = error * error + (goes_on ? square : 0.0);
+        square_gap = gap * gap + (goes_on ? square_gap : 0.0);
         largest = std::max(largest, std::sqrt(square));
+        if (const double distance = std::sqrt(square_gap); distance >= widest_.gap) {
+            widest_ = {row.joint, distance};
+        }
     }
     return largest;
 }

@@ -41,6 +41,14 @@ public:
     double target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
                          std::span<const Velocity> velocity, double h, double share);
 
+    /// A joint and how far it is open [m]; an angular gap counts as above.
+    struct Opening {
+        int joint = -1;
+        double gap = 0.0;
+    };
+    /// The widest one at those poses.
+    const Opening& widest() const { return widest_; }
+
     /// Adds to velocities before the next impulses what springs and motors owe; then the joints close (see half_kick()).
     void add_owed(std::span<const Joint> joints, std::span<Velocity> velocity);
 
@@ -121,6 +129,7 @@ private:
     std::vector<Velocity> mode_; ///< [body_count] of fastest_rate()
     std::unique_ptr<Factor> factor_;
     bool is_factored_ = false;
+    Opening widest_;
     bool has_motors_ = false;
     bool has_springs_ = false;
 };

@@ -177,6 +177,7 @@ bool WorldState::plan_interval(StepReport& report) {
         report.contact_iterations += result.iterations;
         work_done += result.iterations + sweeps_to_arrange;
         report.residual = result.residual;
+        report.joint_gap = contact_solver.joint_gap();
         // Contacts give no energy, or the plan is wrong: what an impact turns far touches elsewhere as the interval ends than as it began.
         const bool is_followed = result.converged && energy.allows(result.work);
         good = repair.verify() && is_followed;

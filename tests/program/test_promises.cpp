@@ -1,7 +1,10 @@
 /// What is promised is kept or said: --strict, and limits of memory and size.
 #include "tests/program/program_fixture.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include <regex>
 
 namespace fs = std::filesystem;
 using test::Outcome;
@@ -51,6 +54,30 @@ TEST_F(promises, a_missed_promise_ends_a_strict_run_with_its_time_bodies_and_amo
     EXPECT_EQ(shell("export CI=true; \"$TUMBLE\" " + std::string(missed) + "--quiet --no-strict").code, 0);
     EXPECT_EQ(shell("export CI=false; \"$TUMBLE\" " + std::string(missed) + "--quiet").code, 0);
     EXPECT_EQ(tumble("simulate tower.toml --quiet --strict").code, 0);
+}
+
+TEST_F(promises, a_joint_that_is_torn_open_is_named_with_its_gap) {
+    // Two hands draw the ends of a rod apart.
+    std::string text = "[output]\nduration = 0.05\n";
+    for (const auto& [name, x] : {std::pair("left", -1), std::pair("right", 1)}) {
+        text += fmt::format("[[body]]\nname = \"{}\"\nshape = {{ kind = \"sphere\", radius = 0.1 }}\nposition = [{}, 0, 1]\n"
+                            "keys = [{{ time = 0, position = [{}, 0, 1] }}, {{ time = 1, position = [{}, 0, 1] }}]\n",
+                            name, x, x, 2 * x);
+    }
+    text += "[[body]]\nname = \"rod\"\nshape = { kind = \"capsule\", radius = 0.1, length = 0.8 }\ndensity = 1000\n"
+            "position = [0, 0, 1]\n";
+    for (const auto& [name, x] : {std::pair("left", -0.5), std::pair("right", 0.5)}) {
+        text += fmt::format("[[joint]]\nname = \"{0} end\"\nkind = \"ball\"\nbodies = [\"rod\", \"{0}\"]\n"
+                            "anchor = [{1}, 0, 1]\n",
+                            name, x);
+    }
+    sim::write_file(folder / "torn.toml", text);
+    const Outcome strict = tumble("simulate torn.toml --strict --quiet");
+    EXPECT_EQ(strict.code, 5);
+    test::expect_one_line(strict.err);
+    EXPECT_TRUE(std::regex_search(strict.err, std::regex("at 0\\.\\d+ s joint '(left|right) end' was left open by [0-9.e-]+ m, ")))
+        << strict.err;
+    EXPECT_GT(double(nlohmann::json::parse(bytes("out/torn/summary.json"))["max_joint_gap_m"]), 0.001);
 }
 
 TEST_F(promises, a_run_that_gains_energy_says_so_and_ends_a_strict_one) {
