@@ -210,17 +210,20 @@ std::string Simulation::missed_convergence() const {
     const sim::Unsettled& what = unsettled_;
     std::string left;
     if (what.joint >= 0) {
-        left = fmt::format("joint '{}' was left open by {:.3g} m", scene_.joints[static_cast<std::size_t>(what.joint)].name, what.error);
-    } else if (what.a < 0) {
-        left = "collisions went on in the joints";
+        left = fmt::format("joint '{}' was left open by {:.3g} m", scene_.joints[static_cast<std::size_t>(what.joint)].name,
+                           what.error);
     } else {
-        left = fmt::format("{} between {}, in an island of {}, that still change by {:.3g} m/s",
+        const std::string where =
+            what.a < 0 ? "in the joints"
+                       : fmt::format("between {}, in an island of {}, that still change by {:.3g} m/s", names(what.a, what.b),
+                                     what.island, what.change);
+        left = fmt::format("{} {}, {}",
                            what.error > 0.0 ? fmt::format("a gap error of {:.3g} m was left", what.error) : "collisions went on",
-                           names(what.a, what.b), what.island, what.change);
+                           where,
+                           is_out_of_work_ ? "when the step's work was done"
+                                           : fmt::format("after {} sweeps of its shortest part", scene_.step.iteration_limit));
     }
-    return fmt::format("at {:.6g} s {}, {}; {} of {} steps did not converge", unconverged_.time, left,
-                       is_out_of_work_ ? "when the step's work was done"
-                                       : fmt::format("after {} sweeps of its shortest part", scene_.step.iteration_limit),
+    return fmt::format("at {:.6g} s {}; {} of {} steps did not converge", unconverged_.time, left,
                        summary_.totals.steps_at_iteration_limit, summary_.totals.steps);
 }
 

@@ -95,9 +95,10 @@ double WorldState::intervals_for_spin() const {
 }
 
 /// The same for the vibration of joints under the load of the last interval: from 2 rad an interval on Verlet's scheme is
-/// unstable, and gains energy. Where joints are about to lock, their load has no bound.
+/// unstable, and gains energy. Where joints are about to lock, their load has no bound, and where a step's work is spent, they are
+/// left as they are.
 double WorldState::intervals_for_joints() const {
-    return std::min(joint_rate, largest_turn_in_step / h) / largest_turn;
+    return work_left() == 0 ? 0.0 : std::min(joint_rate, largest_turn_in_step / h) / largest_turn;
 }
 
 /// Sweeps that the step under way may still take.

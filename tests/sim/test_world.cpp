@@ -147,6 +147,29 @@ TEST(world, no_step_takes_more_work_than_ten_solves_and_tells_where_it_fell_shor
     EXPECT_GT(out_of_work, 0);
 }
 
+/// Two hands draw the ends of a rod apart: joints whose load has no bound ask for ten thousand intervals a step.
+TEST(world, joints_that_are_torn_open_take_no_more_work_than_a_step_has) {
+    std::string text = "simulation = { time_step = \"1/500\", iteration_limit = 20 }\n"
+                       "[[body]]\nname = \"rod\"\nshape = { kind = \"capsule\", radius = 0.1, length = 0.8 }\ndensity = 1000\n";
+    for (const auto& [name, x] : {std::pair("left", -1.0), std::pair("right", 1.0)}) {
+        text += fmt::format("[[body]]\nname = \"{0}\"\nshape = {{ kind = \"sphere\", radius = 0.1 }}\nposition = [{1}, 0, 0]\n"
+                            "keys = [{{ time = 0 }}, {{ time = 1, position = [{2}, 0, 0] }}]\n"
+                            "[[joint]]\nname = \"{0} end\"\nkind = \"ball\"\nbodies = [\"rod\", \"{0}\"]\nanchor = [{3}, 0, 0]\n",
+                            name, x, 2.0 * x, 0.5 * x);
+    }
+    const SceneDef scene = parse_scene(text, "torn.toml");
+    World world(scene);
+    StepReport report;
+    for (int i = 0; i < 100; ++i) {
+        report = world.step();
+        EXPECT_LE(report.divisions, 20) << i; // a plan counts as ten sweeps at least
+    }
+    EXPECT_TRUE(report.at_iteration_limit);
+    EXPECT_GE(report.unsettled.joint, 0);
+    EXPECT_GT(report.unsettled.error, 0.01);
+    EXPECT_EQ(report.unsettled.error, report.joint_gap);
+}
+
 /// A ball between a floor and one a million times as heavy collides 3141 times in one step. A plan without sweeps would not hold
 /// what lies beside them.
 TEST(world, collisions_leave_the_plan_half_of_a_steps_work) {
