@@ -218,7 +218,7 @@ std::string Simulation::missed_convergence() const {
                        : fmt::format("between {}, in an island of {}, that still change by {:.3g} m/s", names(what.a, what.b),
                                      what.island, what.change);
         left = fmt::format("{} {}, {}",
-                           what.error > 0.0 ? fmt::format("a gap error of {:.3g} m was left", what.error) : "collisions went on",
+                           what.error > 0.0 ? fmt::format("a gap error of {:.3g} m was left", what.error) : "impacts did not settle",
                            where,
                            is_out_of_work_ ? "when the step's work was done"
                                            : fmt::format("after {} sweeps of its shortest part", scene_.step.iteration_limit));
