@@ -181,7 +181,7 @@ TEST(law_impact, an_oblique_impact_never_adds_energy) {
             scene.bodies[1].angular_velocity = vector(2.0);
             const double before = energy(scene, sim::World(scene).take_snapshot());
             const double after = energy(scene, run_to(scene, 0.5));
-            most_gained = std::max(largest_gain, after / before - 1.0);
+            most_gained = std::max(most_gained, after / before - 1.0);
             // A cube's rotation is free of the gyroscopic term, so no integration error hides here.
             EXPECT_LT(after / before - 1.0, 1e-9) << "case " << i << " e " << e << " mu " << mu;
         }

@@ -85,11 +85,11 @@ World copy_of(const World& world, const SceneDef& scene, int threads) {
 /// All of a report but its times.
 std::string text_of(const StepReport& r) {
     return fmt::format("{} pairs {} manifolds {} collisions {} passes {} contacts {} joints {} {} sweeps {} stops {} "
-                       "divisions {:a} m {:a} m {:a} gain {} {} unsettled {} {} {} {:a}",
+                       "divisions {:a} m {:a} m {:a} m {:a} gain {} {} unsettled {} {} {} {} {:a} {:a}",
                        r.pairs, r.manifolds, r.collisions, r.collision_passes, r.contacts, r.joints, r.collision_iterations,
-                       r.contact_iterations, r.impacts_stopped_at, r.divisions, r.residual, r.max_penetration,
-                       r.energy_gain, r.at_iteration_limit, r.is_out_of_work, r.unsettled.a, r.unsettled.b,
-                       r.unsettled.island, r.unsettled.change);
+                       r.contact_iterations, r.impacts_stopped_at, r.divisions, r.residual, r.joint_gap, r.max_penetration,
+                       r.energy_gain, r.at_iteration_limit, r.is_out_of_work, r.unsettled.joint, r.unsettled.a, r.unsettled.b,
+                       r.unsettled.island, r.unsettled.change, r.unsettled.error);
 }
 
 /// A step of both, which are to do the same. Returns what it reports.
