@@ -20,13 +20,11 @@ namespace {
 // From GL_NVX_gpu_memory_info, in kilobytes.
 constexpr GLenum total_memory = 0x9048;
 
-#if defined(TUMBLE_OSMESA)
-constexpr const char* automatic = "osmesa";
-#else
-constexpr const char* automatic = "egl";
-#endif
+/// What "auto" stands for.
+const char* automatic() {
+    return has_osmesa() ? "osmesa" : "egl";
+}
 
-#if defined(TUMBLE_EGL)
 /// Those of graphics cards, or the one that draws in software.
 std::vector<EglDevice> egl_devices_of(bool is_software) {
     std::vector<EglDevice> devices = egl_devices();
@@ -49,22 +47,6 @@ PlatformContext make_egl(const std::string& word) {
     }
     return make_egl_context(devices[index]);
 }
-#endif
-
-PlatformContext make_platform_context(const std::string& word) {
-#if defined(TUMBLE_OSMESA)
-    if (word == "osmesa") {
-        return make_osmesa_context();
-    }
-#endif
-#if defined(TUMBLE_EGL)
-    if (word != "osmesa") {
-        return make_egl(word);
-    }
-#endif
-    throw Error(ExitCode::io, fmt::format("this program was built without {}; tumble devices lists what can draw",
-                                          word == "osmesa" ? "OSMesa" : "EGL"));
-}
 
 std::string gl_string(GLenum name) {
     const GLubyte* text = glGetString(name);
@@ -74,7 +56,7 @@ std::string gl_string(GLenum name) {
 /// What a device is, or why it cannot be used.
 GlDevice try_device(const std::string& word) {
     GlDevice device{.word = word};
-    device.is_automatic = word == automatic;
+    device.is_automatic = word == automatic();
     device.is_software = !word.starts_with("egl:");
     try {
         const GlContext context(word);
@@ -132,22 +114,16 @@ std::string processor_class() {
 }
 
 std::vector<GlDevice> gl_devices() {
-    std::vector<GlDevice> devices;
-#if defined(TUMBLE_OSMESA)
-    devices.push_back(try_device("osmesa"));
-#endif
-#if defined(TUMBLE_EGL)
-    devices.push_back(try_device("egl"));
+    std::vector<GlDevice> devices{try_device("osmesa"), try_device("egl")};
     for (std::size_t i = 0; i < egl_devices_of(false).size(); ++i) {
         devices.push_back(try_device(fmt::format("egl:{}", i)));
     }
-#endif
     return devices;
 }
 
 GlContext::GlContext(const std::string& word)
-    : word_(word == "auto" ? automatic : word), is_software_(!word_.starts_with("egl:")) {
-    const PlatformContext context = make_platform_context(word_);
+    : word_(word == "auto" ? automatic() : word), is_software_(!word_.starts_with("egl:")) {
+    const PlatformContext context = word_ == "osmesa" ? make_osmesa_context() : make_egl(word_);
     owner_ = context.owner;
     load_gl_functions(context.find);
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);

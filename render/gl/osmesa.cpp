@@ -1,57 +1,101 @@
-/// OpenGL in software, of a library of its own.
+/// OpenGL in software, of a library of its own: loaded when something is to be drawn with it, for it takes as
+/// long to load as all others together, and where there is none, EGL draws. Its header is not needed: Mesa
+/// has had no other interface since 12.0.
 #include "render/gl/platform.h"
 #include "sim/base/error.h"
 
-#include <GL/osmesa.h>
+#include <fmt/format.h>
 
 #include <array>
+#include <dlfcn.h>
+#include <type_traits>
 
 namespace render {
 
 namespace {
 
-/// OSMesa wants a picture of its own; all drawing goes to framebuffer objects.
+constexpr const char* file_name = "libOSMesa.so.8";
+
+using Context = struct osmesa_context*;
+
+/// What is asked of a context, as GL/osmesa.h has it: no depths of its own, for all drawing goes to
+/// framebuffer objects.
+constexpr int format = 0x22;
+constexpr int depth_bits = 0x30;
+constexpr int stencil_bits = 0x31;
+constexpr int accum_bits = 0x32;
+constexpr int profile = 0x33;
+constexpr int core_profile = 0x34;
+constexpr int major_version = 0x36;
+constexpr int minor_version = 0x37;
+constexpr std::array attributes{format,  GL_RGBA,      depth_bits,    0, stencil_bits,  0, accum_bits, 0,
+                                profile, core_profile, major_version, 4, minor_version, 2, 0};
+
+struct Library {
+    Context (*create)(const int* attributes, Context shared) = nullptr;
+    void (*destroy)(Context context) = nullptr;
+    unsigned char (*make_current)(Context context, void* pixels, GLenum type, int width, int height) = nullptr;
+    GlFunction (*find)(const char* name) = nullptr;
+    std::string problem{}; ///< why it cannot be loaded; else empty
+
+    Library() {
+        void* const handle = dlopen(file_name, RTLD_LAZY | RTLD_LOCAL);
+        const auto load = [&](auto& function, const char* name) {
+            if (problem.empty()) {
+                function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(handle, name));
+                problem = function == nullptr ? dlerror() : "";
+            }
+        };
+        if (handle == nullptr) {
+            problem = dlerror();
+        }
+        load(create, "OSMesaCreateContextAttribs");
+        load(destroy, "OSMesaDestroyContext");
+        load(make_current, "OSMesaMakeCurrent");
+        load(find, "OSMesaGetProcAddress");
+    }
+};
+
+/// Loaded once; it stays until the program ends.
+const Library& library() {
+    static const Library loaded;
+    return loaded;
+}
+
+/// OSMesa wants a picture of its own.
 struct OsmesaContext {
     std::array<unsigned char, 4> pixel{};
-    OSMesaContext context = nullptr;
+    Context context = nullptr;
 
     OsmesaContext() = default;
     OsmesaContext(const OsmesaContext&) = delete;
     OsmesaContext& operator=(const OsmesaContext&) = delete;
     ~OsmesaContext() {
         if (context != nullptr) {
-            OSMesaDestroyContext(context);
+            library().destroy(context);
         }
     }
 };
 
 } // namespace
 
+bool has_osmesa() {
+    return library().problem.empty();
+}
+
 PlatformContext make_osmesa_context() {
-    constexpr std::array<int, 15> attributes{OSMESA_FORMAT,
-                                             OSMESA_RGBA,
-                                             OSMESA_DEPTH_BITS,
-                                             0,
-                                             OSMESA_STENCIL_BITS,
-                                             0,
-                                             OSMESA_ACCUM_BITS,
-                                             0,
-                                             OSMESA_PROFILE,
-                                             OSMESA_CORE_PROFILE,
-                                             OSMESA_CONTEXT_MAJOR_VERSION,
-                                             4,
-                                             OSMESA_CONTEXT_MINOR_VERSION,
-                                             2,
-                                             0};
+    if (!has_osmesa()) {
+        throw sim::Error(sim::ExitCode::io, fmt::format("OSMesa cannot be loaded: {}", library().problem));
+    }
     const auto owner = std::make_shared<OsmesaContext>();
-    owner->context = OSMesaCreateContextAttribs(attributes.data(), nullptr);
+    owner->context = library().create(attributes.data(), nullptr);
     if (owner->context == nullptr) {
         throw sim::Error(sim::ExitCode::io, "OSMesa gives no OpenGL 4.2 core context");
     }
-    if (OSMesaMakeCurrent(owner->context, owner->pixel.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
+    if (library().make_current(owner->context, owner->pixel.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
         throw sim::Error(sim::ExitCode::io, "OSMesa cannot make its context current");
     }
-    return {owner, [](const char* name) -> GlFunction { return OSMesaGetProcAddress(name); }};
+    return {owner, library().find};
 }
 
 } // namespace render

@@ -1,6 +1,5 @@
 #pragma once
-/// Where contexts come from: osmesa.cpp and egl.cpp, of which the build has at least one (TUMBLE_OSMESA, TUMBLE_EGL).
-/// Only context.cpp sees this.
+/// Where contexts come from: osmesa.cpp and egl.cpp. Only context.cpp sees this.
 #include "render/gl/functions.h"
 
 #include <memory>
@@ -14,6 +13,9 @@ struct PlatformContext {
     std::shared_ptr<void> owner{};
     GlFunction (*find)(const char* name) = nullptr; ///< a function's address by its name, or null
 };
+
+/// Whether this machine has the library; it is loaded then.
+bool has_osmesa();
 
 /// In software. Throws Error (io).
 PlatformContext make_osmesa_context();

@@ -211,7 +211,7 @@ SectionSpec output_section() {
                 {"bits", integer, "bit", "8", "of a colour in the film: 8, or 10 where the encoder has it", {8, 10}, ""},
                 {"gl", text, "", "\"auto\"",
                  "what draws: osmesa or egl (in software), egl:0, egl:1, ... (graphics cards; `tumble devices` lists "
-                 "them); auto: osmesa where it is built in, else egl", any, ""},
+                 "them); auto: osmesa where there is one, else egl", any, ""},
                 {"shutter", number, "", "0",
                  "motion blur: share of the time between two frames in which the shutter is open", unit_interval, ""},
                 {"subframes", integer, "", "8", "pictures that a blurred frame is the mean of", {1, 256}, ""},

@@ -2,6 +2,7 @@
 /// software passes for one (tests/tools/pretend_card.cpp).
 #include "tests/program/program_fixture.h"
 
+#include <cstring>
 #include <sstream>
 #include <unistd.h>
 #include <vector>
@@ -13,7 +14,6 @@ using test::Outcome;
 
 namespace {
 
-#if defined(TUMBLE_CARD)
 /// Before a command: egl:0 is the device that passes for a card.
 constexpr const char* with_card = "LD_PRELOAD='" TUMBLE_CARD "' ";
 
@@ -53,8 +53,7 @@ TEST_F(gl, a_film_read_through_buffers_is_the_same_film) {
                                 "--preset draft --size 320x180"};
     for (const std::string& run : runs) {
         ASSERT_EQ(tumble("run block.toml --quiet --gl osmesa --out a " + run).code, 0);
-        const Outcome outcome =
-            shell(with_card + ("\"$TUMBLE\" run block.toml --quiet --gl egl:0 --out b " + run));
+        const Outcome outcome = shell(with_card + ("\"$TUMBLE\" run block.toml --quiet --gl egl:0 --out b " + run));
         ASSERT_EQ(outcome.code, 0) << outcome.err;
         expect_same_pictures("a/block", "b/block");
     }
@@ -117,7 +116,30 @@ TEST_F(gl, a_card_whose_file_may_not_be_opened_is_told) {
     EXPECT_EQ(outcome.code, 3);
     EXPECT_EQ(outcome.err, "tumble: EGL of card: Permission denied\n");
 }
-#endif
+
+TEST_F(gl, where_there_is_no_osmesa_egl_draws_the_same) {
+    ASSERT_EQ(tumble("run block.toml --quiet --out a --gl osmesa").code, 0);
+    const std::string without = std::string("CARD_ONLY=1 ") + with_card + "\"$TUMBLE\" ";
+    const Outcome outcome = shell(without + "run block.toml --quiet --out b");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    expect_same_pictures("a/block", "b/block");
+    const Outcome asked = shell(without + "run block.toml --quiet --out c --gl osmesa");
+    EXPECT_EQ(asked.code, 3);
+    EXPECT_EQ(asked.err,
+              "tumble: OSMesa cannot be loaded: libHidden.so: cannot open shared object file: No such file or "
+              "directory\n");
+    const std::string devices = shell(without + "devices").out;
+    EXPECT_TRUE(devices.starts_with("osmesa  cannot be used: OSMesa cannot be loaded: ")) << devices;
+    EXPECT_EQ(devices.find("; auto takes it"),
+              devices.find('\n', devices.find("\negl ") + 1) - std::strlen("; auto takes it"));
+}
+
+TEST_F(gl, what_draws_nothing_loads_no_osmesa) {
+    const Outcome outcome = shell("LD_DEBUG=files \"$TUMBLE\" check block.toml");
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.err.find("libEGL"), std::string::npos);
+    EXPECT_EQ(outcome.err.find("OSMesa"), std::string::npos);
+}
 
 class encoder : public test::Program {};
 

@@ -1,8 +1,8 @@
 /// Lets EGL's device that draws in software pass for a graphics card, egl:0, so that what is done for cards alone is
 /// tested where there is none. Loaded before libEGL (LD_PRELOAD).
 ///
-/// CARD_NODE: the card's file; without it, it has none. CARD_LOST_AFTER: so many questions for OpenGL's errors are
-/// answered by the driver, then it is lost.
+/// CARD_NODE: the card's file; without it, it has none. CARD_LOST_AFTER: so many questions for OpenGL's
+/// errors are answered by the driver, then it is lost. CARD_ONLY: there is no OSMesa.
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <GL/glcorearb.h>
@@ -54,6 +54,12 @@ GLenum get_error() {
 } // namespace
 
 extern "C" {
+
+void* dlopen(const char* name, int flags) {
+    const bool is_hidden =
+        name != nullptr && std::strstr(name, "OSMesa") != nullptr && std::getenv("CARD_ONLY") != nullptr;
+    return real<void* (*)(const char*, int)>("dlopen")(is_hidden ? "libHidden.so" : name, flags);
+}
 
 Function eglGetProcAddress(const char* name) {
     if (std::strcmp(name, "eglQueryDevicesEXT") == 0) {
