@@ -1,6 +1,6 @@
-/// OpenGL in software, of a library of its own: loaded when something is to be drawn with it, for it takes as
-/// long to load as all others together, and where there is none, EGL draws. Its header is not needed: Mesa
-/// has had no other interface since 12.0.
+/// OpenGL in software, of a library of its own: loaded when something is to be drawn, for it takes as long to load as all others
+/// together; where there is none, EGL draws. Its header is not needed, so that all builds are the same: what is used of it has
+/// not changed since Mesa 11.2.
 #include "render/gl/platform.h"
 #include "sim/base/error.h"
 
@@ -18,8 +18,7 @@ constexpr const char* file_name = "libOSMesa.so.8";
 
 using Context = struct osmesa_context*;
 
-/// What is asked of a context, as GL/osmesa.h has it: no depths of its own, for all drawing goes to
-/// framebuffer objects.
+/// What is asked of a context, as GL/osmesa.h has it: no depths of its own, for all drawing goes to framebuffer objects.
 constexpr int format = 0x22;
 constexpr int depth_bits = 0x30;
 constexpr int stencil_bits = 0x31;
