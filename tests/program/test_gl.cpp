@@ -2,7 +2,6 @@
 /// software passes for one (tests/tools/pretend_card.cpp).
 #include "tests/program/program_fixture.h"
 
-#include <cstring>
 #include <sstream>
 #include <unistd.h>
 #include <vector>
@@ -19,6 +18,13 @@ constexpr const char* with_card = "LD_PRELOAD='" TUMBLE_CARD "' ";
 
 class gl : public test::Program {
 protected:
+    void SetUp() override {
+        Program::SetUp();
+        if (shell("/sbin/ldconfig -p | grep -q libOSMesa.so.8").code != 0) {
+            GTEST_SKIP() << "no OSMesa beside EGL here";
+        }
+    }
+
     /// All frames, and the film if there is one, are the same.
     void expect_same_pictures(const std::string& a, const std::string& b) const {
         const std::set<std::string> names = files_in(a);
@@ -53,7 +59,8 @@ TEST_F(gl, a_film_read_through_buffers_is_the_same_film) {
                                 "--preset draft --size 320x180"};
     for (const std::string& run : runs) {
         ASSERT_EQ(tumble("run block.toml --quiet --gl osmesa --out a " + run).code, 0);
-        const Outcome outcome = shell(with_card + ("\"$TUMBLE\" run block.toml --quiet --gl egl:0 --out b " + run));
+        const Outcome outcome =
+            shell(with_card + ("\"$TUMBLE\" run block.toml --quiet --gl egl:0 --out b " + run));
         ASSERT_EQ(outcome.code, 0) << outcome.err;
         expect_same_pictures("a/block", "b/block");
     }
@@ -130,8 +137,7 @@ TEST_F(gl, where_there_is_no_osmesa_egl_draws_the_same) {
               "directory\n");
     const std::string devices = shell(without + "devices").out;
     EXPECT_TRUE(devices.starts_with("osmesa  cannot be used: OSMesa cannot be loaded: ")) << devices;
-    EXPECT_EQ(devices.find("; auto takes it"),
-              devices.find('\n', devices.find("\negl ") + 1) - std::strlen("; auto takes it"));
+    EXPECT_NE(devices.find("; in software; auto takes it\negl:0"), std::string::npos) << devices;
 }
 
 TEST_F(gl, what_draws_nothing_loads_no_osmesa) {
