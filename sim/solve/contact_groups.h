@@ -46,8 +46,8 @@ public:
              Prediction& to);
     void drop(const Bodies& bodies, const std::vector<PairContacts>& pairs, int pair, Prediction& to);
 
-    /// Calls work(group) for those of which is_one(group) is true. Threads share the loops of each of the large ones, and of few;
-    /// of others each thread takes some.
+    /// Calls work(group) for those of which is_one(group) is true. Threads share the loops of each of the large ones; of the others,
+    /// whose loops end sooner than another thread has what it needs of them, each takes some.
     template <typename IsOne, typename Work>
     void for_each(Workers* workers, IsOne&& is_one, Work&& work) {
         std::vector<ContactGroup*> together;
@@ -56,10 +56,6 @@ public:
             if (is_one(group)) {
                 (is_large(group) ? together : apart).push_back(&group);
             }
-        }
-        if (workers == nullptr || apart.size() < 2 * workers->thread_count()) {
-            together.insert(together.end(), apart.begin(), apart.end());
-            apart.clear();
         }
         for (ContactGroup* group : together) {
             group->contacts.loop.workers = workers;

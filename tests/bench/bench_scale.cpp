@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 #include <unistd.h>
 #include <vector>
 
@@ -31,6 +32,10 @@ double processor_ms() {
     timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
     return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+double wall_ms() {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 /// Memory of this process [bytes].
@@ -109,9 +114,7 @@ struct ColumnsRow {
 /// side * side columns over the same steps, the first ones after that in which they are put down; one column 256 times, so that it
 /// takes as long as 256.
 ColumnsRow measure_columns(int side, int threads) {
-    const auto seconds = [] {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    };
+    const auto seconds = [] { return 1e-3 * wall_ms(); };
     constexpr int steps = 60;
     const std::string count = fmt::format("lattice.box.count=[{0}, {0}, 40]", side);
     const int runs = side == 1 ? 256 : 1;
@@ -172,6 +175,35 @@ void print_scenes() {
     print_scene("1000 shapes of four kinds in a tub", sim::parse_scene(laws::tub, "tub.toml", of_1000), 2000);
 }
 
+/// The same scene with one thread, two, four and so on, as far as there are cores; in turns, so that what else the machine does
+/// meets all of them.
+void print_threads(const char* name, int steps) {
+    constexpr int turn = 100; // steps
+    const sim::SceneDef scene = sim::load_scene(fmt::format("{}/{}.toml", TUMBLE_SCENE_DIR, name));
+    struct Run {
+        int threads = 1;
+        sim::World world;
+        double ms = 0.0; ///< of a clock on the wall
+    };
+    std::vector<Run> runs;
+    for (int threads = 1; threads <= std::max(2, static_cast<int>(std::thread::hardware_concurrency())); threads *= 2) {
+        runs.push_back({threads, sim::World(scene, threads)});
+    }
+    for (int done = 0; done < steps; done += turn) {
+        for (Run& run : runs) {
+            const double start = wall_ms();
+            for (int i = 0; i < turn; ++i) {
+                run.world.step();
+            }
+            run.ms += wall_ms() - start;
+        }
+    }
+    for (const Run& run : runs) {
+        fmt::print("| {} | {} | {:.3f} | {:.2f} |\n", name, run.threads, run.ms / steps, runs.front().ms / run.ms);
+    }
+    std::fflush(stdout);
+}
+
 } // namespace
 
 int main() {
@@ -194,5 +226,8 @@ int main() {
     std::filesystem::create_directories(out);
     sim::write_file(out + "/scale.csv", csv);
     print_columns();
+    std::puts("\n| scene | threads | ms/step | times as fast as one |\n| --- | --- | --- | --- |");
+    print_threads("funnel", 4000);
+    print_threads("rubble", 3000);
     print_scenes();
 }
