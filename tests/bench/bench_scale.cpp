@@ -1,9 +1,9 @@
-/// bench_scale [OUT_DIR] [STEPS]
+/// bench_scale
 ///
 /// The funnel with 1000, 8000 and 64 000 cubes: the same scene with another number of cubes in its lattice. Processor
 /// time over the steps in which the first cubes meet: a step, and a contact beyond what the bodies cost in free fall, most
-/// of them falling still; memory a body and a contact. Writes scale.csv and prints a table. Then columns at rest, and scenes of
-/// other shapes than cubes.
+/// of them falling still; memory a body and a contact. Writes scale.csv and prints a table. Then columns at rest, scenes with
+/// more threads than one, and of other shapes than cubes.
 #include "sim/base/file_io.h"
 #include "sim/scene/file.h"
 #include "sim/world/world.h"
@@ -229,5 +229,6 @@ int main() {
     std::puts("\n| scene | threads | ms/step | times as fast as one |\n| --- | --- | --- | --- |");
     print_threads("funnel", 4000);
     print_threads("rubble", 3000);
+    print_threads("dominoes", 3000);
     print_scenes();
 }

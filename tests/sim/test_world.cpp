@@ -38,29 +38,6 @@ restitution = 0.3
                        "heap.toml");
 }
 
-/// What a run of `steps` steps ends with.
-struct Outcome {
-    std::uint64_t hash = 0;
-    double max_penetration = 0.0;
-    int unconverged = 0;
-    int most_pairs = 0; ///< with contacts, in a step
-};
-
-Outcome run(const SceneDef& scene, int threads, int steps) {
-    World world(scene, threads);
-    Outcome outcome;
-    for (int i = 0; i < steps; ++i) {
-        const StepReport report = world.step();
-        outcome.max_penetration = std::max(outcome.max_penetration, report.max_penetration);
-        outcome.unconverged += report.at_iteration_limit;
-        outcome.most_pairs = std::max(outcome.most_pairs, report.manifolds);
-    }
-    outcome.hash = state_hash(world.take_snapshot());
-    return outcome;
-}
-
-} // namespace
-
 /// Cubes of 1 m on a floor.
 SceneDef cubes(const std::string& count, const std::string& spacing, const std::string& gravity) {
     return parse_scene(fmt::format(R"(
@@ -83,6 +60,29 @@ friction = 0.5
                                    gravity, count, spacing),
                        "cubes.toml");
 }
+
+/// What a run of `steps` steps ends with.
+struct Outcome {
+    std::uint64_t hash = 0;
+    double max_penetration = 0.0;
+    int unconverged = 0;
+    int most_pairs = 0; ///< with contacts, in a step
+};
+
+Outcome run(const SceneDef& scene, int threads, int steps) {
+    World world(scene, threads);
+    Outcome outcome;
+    for (int i = 0; i < steps; ++i) {
+        const StepReport report = world.step();
+        outcome.max_penetration = std::max(outcome.max_penetration, report.max_penetration);
+        outcome.unconverged += report.at_iteration_limit;
+        outcome.most_pairs = std::max(outcome.most_pairs, report.manifolds);
+    }
+    outcome.hash = state_hash(world.take_snapshot());
+    return outcome;
+}
+
+} // namespace
 
 TEST(world, any_number_of_threads_gives_the_same_state) {
     const SceneDef scene = cubes("[7, 7, 7]", "[1.0001, 1.0001, 1.0001]", "[6, 2, -9.81]"); // one that slides apart
