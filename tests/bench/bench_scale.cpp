@@ -114,23 +114,22 @@ struct ColumnsRow {
 /// side * side columns over the same steps, the first ones after that in which they are put down; one column 256 times, so that it
 /// takes as long as 256.
 ColumnsRow measure_columns(int side, int threads) {
-    const auto seconds = [] { return 1e-3 * wall_ms(); };
     constexpr int steps = 60;
     const std::string count = fmt::format("lattice.box.count=[{0}, {0}, 40]", side);
     const int runs = side == 1 ? 256 : 1;
     ColumnsRow row;
     for (int run = 0; run < runs; ++run) {
-        const double start = seconds();
+        const double start = wall_ms();
         sim::SceneDef scene = sim::parse_scene(columns, "columns.toml", std::vector<std::string>{count});
         scene.step = sim::load_scene(TUMBLE_SCENE_DIR "/funnel.toml").step;
         sim::World world(scene, threads);
         world.step();
-        const double begin = seconds();
+        const double begin = wall_ms();
         for (int i = 0; i < steps; ++i) {
             world.step();
         }
-        row.first_s += (begin - start) / runs;
-        row.ms += 1e3 * (seconds() - begin) / (steps * runs);
+        row.first_s += 1e-3 * (begin - start) / runs;
+        row.ms += (wall_ms() - begin) / (steps * runs);
     }
     return row;
 }
