@@ -12,6 +12,7 @@
 #include <malloc.h>
 #include <new>
 #include <sys/resource.h>
+#include <system_error>
 
 namespace cmd {
 
@@ -64,6 +65,9 @@ int guarded(const std::function<int()>& program) {
         return error.code() == ExitCode::good ? static_cast<int>(ExitCode::good) : fail(error.code(), error.what());
     } catch (const std::bad_alloc&) {
         return fail(ExitCode::stopped, "out of memory");
+    } catch (const std::system_error& error) {
+        const bool is_thread = error.code() == std::errc::resource_unavailable_try_again;
+        return fail(ExitCode::stopped, is_thread ? "out of memory: no room for another thread" : error.what());
     } catch (const std::exception& error) {
         return fail(ExitCode::stopped, error.what());
     }

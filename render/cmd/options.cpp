@@ -270,12 +270,14 @@ sim::SceneDef load_scene(const std::string& path, const Options& options, const 
 void require_film(const sim::SceneDef& scene, bool has_video) {
     const sim::OutputDef& output = scene.output;
     render::require_memory(output.width, output.height);
-    const std::vector<std::string> names = render::encoder_names();
-    if (output.encoder != render::automatic_encoder && std::ranges::find(names, output.encoder) == names.end()) {
-        throw Error(ExitCode::usage,
-                    fmt::format("{}: output.encoder '{}': expected auto or an encoder that this libavcodec has: {}{}",
-                                scene.name, output.encoder, fmt::join(names, ", "),
-                                sim::near_miss(output.encoder, names)));
+    if (output.encoder != render::automatic_encoder) {
+        const std::vector<std::string> names = render::encoder_names();
+        if (std::ranges::find(names, output.encoder) == names.end()) {
+            throw Error(ExitCode::usage,
+                        fmt::format("{}: output.encoder '{}': expected auto or an encoder that this libavcodec has: {}{}",
+                                    scene.name, output.encoder, fmt::join(names, ", "),
+                                    sim::near_miss(output.encoder, names)));
+        }
     }
     if (has_video) {
         render::require_encoder(render::video_settings(scene), output.width, output.height);

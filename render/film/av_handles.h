@@ -1,12 +1,6 @@
 #pragma once
 /// Owners of libav's objects: one unique_ptr alias a type. Only this file names a free function of libav.
-extern "C" {
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
-#include <libavutil/dict.h>
-#include <libavutil/frame.h>
-#include <libswscale/swscale.h>
-}
+#include "render/film/libav.h"
 
 #include <array>
 #include <memory>

@@ -2,10 +2,6 @@
 
 #include "sim/base/error.h"
 
-extern "C" {
-#include <libavutil/opt.h>
-}
-
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -64,16 +60,6 @@ const FilmCodec* film_codec(const AVCodec& codec) {
 
 const AVCodec* encoder_by_name(const std::string& word) {
     return avcodec_find_encoder_by_name(word == automatic_encoder ? "libx264" : word.c_str());
-}
-
-const AVCodec& find_encoder(const std::string& word) {
-    const AVCodec* codec = encoder_by_name(word);
-    if (codec == nullptr || film_codec(*codec) == nullptr) {
-        throw Error(ExitCode::usage, fmt::format("this libavcodec has no encoder '{}' of films, but: {}",
-                                                 word == automatic_encoder ? "libx264" : word,
-                                                 fmt::join(encoder_names(), ", ")));
-    }
-    return *codec;
 }
 
 void check(int code) {
@@ -157,6 +143,16 @@ void set_format(AVCodecContext& codec, const VideoSettings& settings, int width,
 
 } // namespace
 
+const AVCodec& find_encoder(const std::string& name) {
+    const AVCodec* codec = encoder_by_name(name);
+    if (codec == nullptr || film_codec(*codec) == nullptr) {
+        throw Error(ExitCode::usage, fmt::format("this libavcodec has no encoder '{}' of films, but: {}",
+                                                 name == automatic_encoder ? "libx264" : name,
+                                                 fmt::join(encoder_names(), ", ")));
+    }
+    return *codec;
+}
+
 std::vector<std::string> encoder_names() {
     std::set<std::string> names;
     void* place = nullptr;
@@ -169,6 +165,9 @@ std::vector<std::string> encoder_names() {
 }
 
 std::string film_extension(const std::string& encoder) {
+    if (encoder == automatic_encoder) {
+        return film_extensions.front();
+    }
     const AVCodec* codec = encoder_by_name(encoder);
     const FilmCodec* known = codec == nullptr ? nullptr : film_codec(*codec);
     return known == nullptr ? film_extensions.front() : known->extension;

@@ -5,10 +5,6 @@
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 
-extern "C" {
-#include <libavutil/opt.h>
-}
-
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -46,7 +42,8 @@ void require_encoder(const VideoSettings& settings, int width, int height) {
                         std::to_string(pixels) + " pixels with the encoder's margin of 128 each way, expected at most " +
                         std::to_string(most_pixels) + ", x264's limit in libavcodec; choose a smaller size, or --no-video");
     }
-    if (settings.encoder != automatic_encoder) {
+    find_encoder(settings.encoder);
+    if (settings.encoder != automatic_encoder) { // x264 takes whatever a scene may say, and longest to open
         quiet_libav();
         open_encoder(settings, even(width), even(height), true);
     }

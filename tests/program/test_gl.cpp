@@ -126,7 +126,7 @@ TEST_F(gl, a_card_whose_file_may_not_be_opened_is_told) {
 
 TEST_F(gl, where_there_is_no_osmesa_egl_draws_the_same) {
     ASSERT_EQ(tumble("run block.toml --quiet --out a --gl osmesa").code, 0);
-    const std::string without = std::string("CARD_ONLY=1 ") + with_card + "\"$TUMBLE\" ";
+    const std::string without = std::string("HIDDEN_LIBRARY=OSMesa ") + with_card + "\"$TUMBLE\" ";
     const Outcome outcome = shell(without + "run block.toml --quiet --out b");
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     expect_same_pictures("a/block", "b/block");

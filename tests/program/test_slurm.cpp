@@ -56,7 +56,7 @@ protected:
     const std::string cluster = "'" TUMBLE_SOURCE_DIR "/tests/tools/cluster.sh'";
     /// As long as several polls of Slurm's controller.
     const std::string slow =
-        "run block.toml --size 1920x1080 --duration 4 --set output.subframes=16 --set output.shutter=0.5 ";
+        "run block.toml --size 1920x1080 --duration 2 --set output.subframes=16 --set output.shutter=0.5 ";
 };
 
 /// study.csv without what was measured: processor time.

@@ -61,17 +61,16 @@ inline Yuv copy_planes(const AVFrame& frame) {
 }
 
 inline Film read_film(const std::filesystem::path& path) {
-    using namespace render;
     AVFormatContext* raw = nullptr;
-    check_av(avformat_open_input(&raw, path.c_str(), nullptr, nullptr), "open");
-    const InputFormat format(raw);
-    check_av(avformat_find_stream_info(raw, nullptr), "stream info");
+    check_av(render::avformat_open_input(&raw, path.c_str(), nullptr, nullptr), "open");
+    const render::InputFormat format(raw);
+    check_av(render::avformat_find_stream_info(raw, nullptr), "stream info");
     const int index =
-        check_av(av_find_best_stream(raw, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0), "best stream");
+        check_av(render::av_find_best_stream(raw, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0), "best stream");
     const AVStream& stream = *raw->streams[index];
-    const CodecContext codec(avcodec_alloc_context3(avcodec_find_decoder(stream.codecpar->codec_id)));
-    check_av(avcodec_parameters_to_context(codec.get(), stream.codecpar), "parameters");
-    check_av(avcodec_open2(codec.get(), nullptr, nullptr), "open decoder");
+    const render::CodecContext codec(render::avcodec_alloc_context3(render::avcodec_find_decoder(stream.codecpar->codec_id)));
+    check_av(render::avcodec_parameters_to_context(codec.get(), stream.codecpar), "parameters");
+    check_av(render::avcodec_open2(codec.get(), nullptr, nullptr), "open decoder");
 
     Film film;
     film.width = stream.codecpar->width;
@@ -82,25 +81,25 @@ inline Film read_film(const std::filesystem::path& path) {
                            stream.codecpar->color_space == AVCOL_SPC_BT709 &&
                            stream.codecpar->color_range == AVCOL_RANGE_MPEG;
     const AVDictionaryEntry* entry = nullptr;
-    while ((entry = av_dict_get(raw->metadata, "", entry, AV_DICT_IGNORE_SUFFIX)) != nullptr) {
+    while ((entry = render::av_dict_get(raw->metadata, "", entry, AV_DICT_IGNORE_SUFFIX)) != nullptr) {
         film.metadata[entry->key] = entry->value;
     }
-    const Packet packet(av_packet_alloc());
-    const Frame frame(av_frame_alloc());
+    const render::Packet packet(render::av_packet_alloc());
+    const render::Frame frame(render::av_frame_alloc());
     const auto drain = [&] {
-        while (avcodec_receive_frame(codec.get(), frame.get()) == 0) {
+        while (render::avcodec_receive_frame(codec.get(), frame.get()) == 0) {
             film.frames.push_back(copy_planes(*frame));
             film.times.push_back(sim::make_rational(frame->pts * stream.time_base.num, stream.time_base.den));
         }
     };
-    while (av_read_frame(raw, packet.get()) == 0) {
+    while (render::av_read_frame(raw, packet.get()) == 0) {
         if (packet->stream_index == index) {
-            check_av(avcodec_send_packet(codec.get(), packet.get()), "decode");
+            check_av(render::avcodec_send_packet(codec.get(), packet.get()), "decode");
             drain();
         }
-        av_packet_unref(packet.get());
+        render::av_packet_unref(packet.get());
     }
-    check_av(avcodec_send_packet(codec.get(), nullptr), "flush");
+    check_av(render::avcodec_send_packet(codec.get(), nullptr), "flush");
     drain();
     return film;
 }

@@ -2,7 +2,7 @@
 /// tested where there is none. Loaded before libEGL (LD_PRELOAD).
 ///
 /// CARD_NODE: the card's file; without it, it has none. CARD_LOST_AFTER: so many questions for OpenGL's
-/// errors are answered by the driver, then it is lost. CARD_ONLY: there is no OSMesa.
+/// errors are answered by the driver, then it is lost. HIDDEN_LIBRARY: part of the name of those that cannot be loaded.
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <GL/glcorearb.h>
@@ -56,8 +56,8 @@ GLenum get_error() {
 extern "C" {
 
 void* dlopen(const char* name, int flags) {
-    const bool is_hidden =
-        name != nullptr && std::strstr(name, "OSMesa") != nullptr && std::getenv("CARD_ONLY") != nullptr;
+    const char* hidden = std::getenv("HIDDEN_LIBRARY");
+    const bool is_hidden = name != nullptr && hidden != nullptr && std::strstr(name, hidden) != nullptr;
     return real<void* (*)(const char*, int)>("dlopen")(is_hidden ? "libHidden.so" : name, flags);
 }
 
