@@ -16,8 +16,10 @@ constexpr std::array libav_files{"libavformat.so." AV_STRINGIFY(LIBAVFORMAT_VERS
                                  "libswscale.so." AV_STRINGIFY(LIBSWSCALE_VERSION_MAJOR)};
 
 [[noreturn]] void fail_to_load() {
-    throw sim::Error(sim::ExitCode::io,
-                     fmt::format("films and GIFs need FFmpeg's libraries, --no-video does not: {}", dlerror()));
+    throw sim::Error(
+        sim::ExitCode::io,
+        fmt::format("films, GIFs and encoders by name need FFmpeg's libraries; --no-video leaves films out: {}",
+                    dlerror()));
 }
 
 /// Loaded once; they stay until the program ends.

@@ -135,8 +135,8 @@ TEST_F(promises, without_the_libraries_of_films_all_else_works_and_a_film_is_ref
     const std::string without = "HIDDEN_LIBRARY=libavformat LD_PRELOAD='" TUMBLE_CARD "' \"$TUMBLE\" ";
     const Outcome film = shell(without + "run block.toml --quiet");
     EXPECT_EQ(film.code, 3);
-    EXPECT_EQ(film.err, "tumble: films and GIFs need FFmpeg's libraries, --no-video does not: libHidden.so: cannot open shared "
-                        "object file: No such file or directory\n");
+    EXPECT_EQ(film.err, "tumble: films, GIFs and encoders by name need FFmpeg's libraries; --no-video leaves films out: "
+                        "libHidden.so: cannot open shared object file: No such file or directory\n");
     EXPECT_TRUE(files_in("out/block").empty());
     const Outcome frames = shell(without + "run block.toml --quiet --no-video --poster 0.1");
     EXPECT_EQ(frames.code, 0) << frames.err;
