@@ -1,5 +1,5 @@
 #pragma once
-/// Owners of libav's objects: one unique_ptr alias a type. Only this file names a free function of libav.
+/// Owners of libav's objects: one unique_ptr alias a type. Only this file calls a function that frees one.
 #include "render/film/libav.h"
 
 #include <array>
