@@ -58,10 +58,6 @@ const FilmCodec* film_codec(const AVCodec& codec) {
     return av_codec_is_encoder(&codec) != 0 && known != std::end(film_codecs) ? known : nullptr;
 }
 
-const AVCodec* encoder_by_name(const std::string& word) {
-    return avcodec_find_encoder_by_name(word == automatic_encoder ? "libx264" : word.c_str());
-}
-
 void check(int code) {
     if (code < 0) {
         throw Error(ExitCode::io, av_text(code));
@@ -144,10 +140,10 @@ void set_format(AVCodecContext& codec, const VideoSettings& settings, int width,
 } // namespace
 
 const AVCodec& find_encoder(const std::string& name) {
-    const AVCodec* codec = encoder_by_name(name);
+    const std::string word = name == automatic_encoder ? "libx264" : name;
+    const AVCodec* codec = avcodec_find_encoder_by_name(word.c_str());
     if (codec == nullptr || film_codec(*codec) == nullptr) {
-        throw Error(ExitCode::usage, fmt::format("this libavcodec has no encoder '{}' of films, but: {}",
-                                                 name == automatic_encoder ? "libx264" : name,
+        throw Error(ExitCode::usage, fmt::format("this libavcodec has no encoder '{}' of films, but: {}", word,
                                                  fmt::join(encoder_names(), ", ")));
     }
     return *codec;
@@ -168,7 +164,7 @@ std::string film_extension(const std::string& encoder) {
     if (encoder == automatic_encoder) {
         return film_extensions.front();
     }
-    const AVCodec* codec = encoder_by_name(encoder);
+    const AVCodec* codec = avcodec_find_encoder_by_name(encoder.c_str());
     const FilmCodec* known = codec == nullptr ? nullptr : film_codec(*codec);
     return known == nullptr ? film_extensions.front() : known->extension;
 }

@@ -1,6 +1,7 @@
 #pragma once
-/// FFmpeg's functions under their own names, of libraries that are loaded when the first of them is called: with all
-/// that they need in turn they take longer to load than everything else together, and only films and GIFs need them.
+/// FFmpeg's functions under their own names, of libraries that are loaded when the first of them is called: with some
+/// hundred that they need in turn they take longer to load than those that every command needs, and only films and GIFs
+/// need them.
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
