@@ -20,8 +20,8 @@ namespace {
 constexpr const char* drawing_program = "tumble-draw";
 constexpr const char* installed_folder = "libexec/tumble";
 
-// Measured: 38 MB for its libraries, and a margin to say what is missing.
-constexpr rlim_t library_bytes = rlim_t{64} << 20;
+// Measured: 26 MB for its libraries, and a margin to say what is missing.
+constexpr rlim_t library_bytes = rlim_t{48} << 20;
 
 /// Does not return. Throws Error (io).
 [[noreturn]] void start_drawing_program(char** argv) {
