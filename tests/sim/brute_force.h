@@ -189,7 +189,7 @@ private:
         double t0 = 0.0;
         double width = std::numbers::pi;
         int samples = 40;
-        for (int round = 0; round < 25; ++round) {
+        for (int round = 0; round < 34; ++round) {
             double best = -std::numeric_limits<double>::infinity();
             double s1 = s0;
             double t1 = t0;
@@ -207,8 +207,8 @@ private:
             }
             s0 = s1;
             t0 = t1;
-            width *= 3.0 / samples;
-            samples = 8;
+            width *= 2.0 / samples;
+            samples = 4;
         }
     }
 
