@@ -129,7 +129,7 @@ inline constexpr int newton_period = 4;
 inline constexpr std::size_t newton_size = 64;
 
 /// Rounds [-] of what is repeated until it is right, where nothing proves that it ends: linear solves at predicted poses, changes
-/// of marks, motors at their limits, repairs, the time of an impact.
+/// of marks, motors at their limits, repairs, the time of an impact, the active set of an island.
 inline constexpr int most_rounds = 12;
 
 /// Looking for contacts and arranging them counts as so many sweeps [-] where work is bounded.

@@ -14,8 +14,8 @@ namespace {
 /// body in place of its lighter one: light bodies do not sink under a heavy one. Solutions with these equations precondition
 /// those without: of most motions the first one leaves such a share, of a tower's bending nearly all.
 constexpr double compliance = 1e-3;
-/// Solutions with one factorisation [-]: at most so many, until that share is left, or one takes less than this share of the square
-/// of what is missing: rigid bodies cannot do it, and would be loaded without bound.
+/// Solutions with one factorisation [-]: at most so many, until that share is left of what was missing at first, or one takes less
+/// than this share of the square of what is missing: rigid bodies cannot do it, and would be loaded without bound.
 constexpr std::size_t refinements = 8;
 constexpr double least_gain = 0.03;
 
@@ -294,9 +294,19 @@ IslandNewton::Direction IslandNewton::solution(const Blocks& loop, std::span<con
     return found;
 }
 
-/// Impulses that leave least missing (generalised conjugate residuals: Eisenstat, Elman & Schultz 1983, "Variational iterative
-/// methods for nonsymmetric systems of linear equations"). Where blocks ask for more than rigid bodies can do, something is.
-void IslandNewton::find_impulses(const Blocks& loop, std::span<const int> place, const Island& island) {
+/// Square of what is missing [J], each weighted by its compliance.
+double IslandNewton::missing_square() const {
+    double sum = 0.0;
+    for (const Row& row : rows_) {
+        sum += row.missing * row.missing / row.compliance;
+    }
+    return sum;
+}
+
+/// Impulses that leave least missing, until its square is `enough` (generalised conjugate residuals: Eisenstat, Elman & Schultz
+/// 1983, "Variational iterative methods for nonsymmetric systems of linear equations"). Where blocks ask for more than rigid
+/// bodies can do, something is.
+void IslandNewton::find_impulses(const Blocks& loop, std::span<const int> place, const Island& island, double enough) {
     const auto size = static_cast<Eigen::Index>(rows_.size());
     Eigen::VectorXd weight(size);
     Eigen::VectorXd missing(size);
@@ -305,7 +315,6 @@ void IslandNewton::find_impulses(const Blocks& loop, std::span<const int> place,
         missing[k] = rows_[static_cast<std::size_t>(k)].missing;
     }
     const auto product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& y) { return x.cwiseProduct(weight).dot(y); };
-    const double enough = compliance * compliance * product(missing, missing);
     std::vector<Direction> taken; // what they move is orthonormal
     while (taken.size() < refinements && product(missing, missing) > enough) {
         Direction next = solution(loop, place, island, missing);
@@ -332,38 +341,47 @@ void IslandNewton::find_impulses(const Blocks& loop, std::span<const int> place,
     }
 }
 
-/// The impulses found go to the points: normal ones linear over the loaded points, friction in proportion to the load.
-void IslandNewton::give_back(Blocks& loop, const Active& active, std::span<const BodyRows> rows,
-                             std::span<Velocity> velocity) const {
+/// The impulses that a loaded point is to have: what is found goes to the points of a block linearly, friction in proportion to
+/// the load that they had.
+LanePoint IslandNewton::found_at(const Active& active, const LanePoint& at) const {
+    const auto impulse = [&](int k) { return rows_[active.first + static_cast<std::size_t>(k)].impulse; };
+    const int friction = active.normal_rows;
+    const Eigen::Vector2d rho = Eigen::Vector2d(at.y, -at.x) - active.centre;
+    LanePoint found = at;
+    found.p_n += impulse(0) / active.count;
+    for (int k = 1; k < active.normal_rows; ++k) {
+        found.p_n += impulse(k) * active.axes.col(k - 1).dot(rho) / active.moments[k - 1];
+    }
+    if (active.friction_rows > 0) {
+        found.p_t += at.p_n / active.load * Vec2(impulse(friction), impulse(friction + 1));
+    }
+    if (active.friction_rows > 2) {
+        const Eigen::Vector2d arm = Eigen::Vector2d(at.x, at.y) - active.pressure;
+        found.p_t += at.p_n / active.turning * impulse(friction + 2) * Vec2(-arm.y(), arm.x());
+    }
+    return found;
+}
+
+/// Gives each loaded point of a block the impulses that `next` finds for it, and its bodies what that changes.
+template <typename F>
+void IslandNewton::change_points(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity,
+                                 const F& next) {
     const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
     BlockBatch& batch = loop.batch_of(block);
     const std::size_t lane = Blocks::lane_of(block);
-    const auto impulse = [&](int k) { return rows_[active.first + static_cast<std::size_t>(k)].impulse; };
-    const int friction = active.normal_rows;
     Vec6 wrench = Vec6::Zero();
     for (BatchPoint& point : loop.points_of(batch)) {
         const LanePoint at(point, lane);
         if (!(at.p_n > 0.0)) {
             continue;
         }
-        const Eigen::Vector2d rho = Eigen::Vector2d(at.y, -at.x) - active.centre;
-        double p_n = impulse(0) / active.count;
-        for (int k = 1; k < active.normal_rows; ++k) {
-            p_n += impulse(k) * active.axes.col(k - 1).dot(rho) / active.moments[k - 1];
-        }
-        Eigen::Vector2d p_t = Eigen::Vector2d::Zero();
-        if (active.friction_rows > 0) {
-            p_t = at.p_n / active.load * Eigen::Vector2d(impulse(friction), impulse(friction + 1));
-        }
-        if (active.friction_rows > 2) {
-            const Eigen::Vector2d arm = Eigen::Vector2d(at.x, at.y) - active.pressure;
-            p_t += at.p_n / active.turning * impulse(friction + 2) * Eigen::Vector2d(-arm.y(), arm.x());
-        }
-        p_n = std::max(p_n, -at.p_n); // never a pull: eq. 2, 3
-        point.p_n.x[lane] += p_n;
-        point.p_t[0].x[lane] += p_t.x();
-        point.p_t[1].x[lane] += p_t.y();
-        wrench += Vec6{{p_t.x(), p_t.y(), p_n, p_n * at.y, -p_n * at.x, at.x * p_t.y() - at.y * p_t.x()}};
+        LanePoint change = next(at);
+        point.p_n.x[lane] = change.p_n;
+        point.p_t[0].x[lane] = change.p_t.x();
+        point.p_t[1].x[lane] = change.p_t.y();
+        change.p_n -= at.p_n;
+        change.p_t -= at.p_t;
+        wrench += change.wrench();
     }
     const LaneFrame frame(batch, lane);
     const Vec3 p = frame.frame * wrench.head<3>();
@@ -380,24 +398,66 @@ void IslandNewton::give_back(Blocks& loop, const Active& active, std::span<const
     push(block.b, frame.r_b, -1.0);
 }
 
+/// Points that would pull (eq. 2, 3) carry nothing any more, and those whose friction would exceed its limit (eq. 6) bear that.
+/// Returns whether a block has any.
+bool IslandNewton::leave_set(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const {
+    const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
+    const double mu = loop.batch_of(block).mu.x[Blocks::lane_of(block)];
+    const auto pulls = [](const LanePoint& found) { return found.p_n < 0.0; };
+    const auto is_beyond = [&](const LanePoint& found) {
+        return active.friction_rows > 0 && found.p_t.norm() > mu * found.p_n;
+    };
+    bool any = false;
+    change_points(loop, active, rows, velocity, [&](LanePoint at) {
+        const LanePoint found = found_at(active, at);
+        if (pulls(found)) {
+            at.p_n = 0.0;
+            at.p_t.setZero();
+            any = true;
+        } else if (is_beyond(found)) {
+            at.p_t = mu * at.p_n * found.p_t.normalized();
+            any = true;
+        }
+        return at;
+    });
+    return any;
+}
+
 void IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity) {
     const std::span<const BodyRows> rows = bodies.rows;
     std::vector<int>& place = bodies.place;
-    active_.clear();
-    rows_.clear();
     const auto inverse_mass = [&](int body) { return rows[static_cast<std::size_t>(body)].x[0]; };
     const double least = inverse_mass(*std::ranges::min_element(island.bodies, {}, inverse_mass));
-    for (const int i : island.blocks) {
-        const Block& block = loop.blocks[static_cast<std::size_t>(i)];
-        const double own = std::max(inverse_mass(block.a), inverse_mass(block.b));
-        add_block(loop, i, least / own, velocity);
-    }
-    find_places(loop, island, place);
-    assemble(loop, rows, place, island);
-    if (factors_.info() == Eigen::Success) {
-        find_impulses(loop, place, island);
-        for (const Active& active : active_) {
-            give_back(loop, active, rows, velocity);
+    double enough = 0.0;
+    bool is_left = true; // by points or blocks, the active set
+    for (int round = 0; round < most_rounds && is_left; ++round) {
+        active_.clear();
+        rows_.clear();
+        for (const int i : island.blocks) {
+            const Block& block = loop.blocks[static_cast<std::size_t>(i)];
+            const double own = std::max(inverse_mass(block.a), inverse_mass(block.b));
+            add_block(loop, i, least / own, velocity);
+        }
+        find_places(loop, island, place);
+        assemble(loop, rows, place, island);
+        if (factors_.info() != Eigen::Success) {
+            break;
+        }
+        if (round == 0) {
+            enough = compliance * compliance * missing_square();
+        }
+        find_impulses(loop, place, island, enough);
+        is_left = false;
+        for (std::size_t i = 0; i < active_.size() && round + 1 < most_rounds; ++i) {
+            is_left = leave_set(loop, active_[i], rows, velocity) || is_left;
+        }
+        for (std::size_t i = 0; i < active_.size() && !is_left; ++i) {
+            const Active& active = active_[i];
+            change_points(loop, active, rows, velocity, [&](const LanePoint& at) {
+                LanePoint found = found_at(active, at);
+                found.p_n = std::max(found.p_n, 0.0); // never a pull
+                return found;
+            });
         }
     }
     for (const int body : island.bodies) {

@@ -2,8 +2,9 @@
 /// Where sweeps stall: the equations of all loaded contacts of an island at once. Sweeps carry news from body to body, one
 /// block a visit, so a tower needs about as many as the square of its height. But after a few of them it is known which
 /// points carry load and which blocks stick: with that active set eq. 1 and eq. 5 are linear equations, which one sparse
-/// factorisation solves. The sweeps that follow find where the active set changes (semi-smooth Newton; Alart & Curnier
-/// 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods").
+/// factorisation solves; points that would pull then leave it, blocks whose friction would exceed its limit slide, and it is solved
+/// again. What enters it is found by the sweeps that follow (semi-smooth Newton; Alart & Curnier 1991, "A mixed formulation for
+/// frictional contact problems prone to Newton like solution methods").
 #include "sim/model/body.h"
 #include "sim/block/batch.h"
 
@@ -16,6 +17,7 @@ namespace sim {
 
 class Blocks;
 struct BlockBodies;
+struct LanePoint;
 
 /// Dynamic bodies that contacts connect, and the blocks between them.
 struct Island {
@@ -75,8 +77,13 @@ private:
     void find_places(const Blocks& loop, const Island& island, std::span<int> place);
     void assemble(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island);
     Direction solution(const Blocks& loop, std::span<const int> place, const Island& island, const Eigen::VectorXd& missing);
-    void find_impulses(const Blocks& loop, std::span<const int> place, const Island& island);
-    void give_back(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const;
+    double missing_square() const;
+    void find_impulses(const Blocks& loop, std::span<const int> place, const Island& island, double enough);
+    LanePoint found_at(const Active& active, const LanePoint& at) const;
+    template <typename F>
+    static void change_points(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity,
+                              const F& next);
+    bool leave_set(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const;
 
     std::vector<Active> active_;
     std::vector<Row> rows_;
