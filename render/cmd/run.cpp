@@ -69,15 +69,16 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
     }
     line += fmt::format("{} steps in {}; largest overlap {:.2g} m", totals.steps,
                         duration_text(summary.wall_time), totals.max_penetration);
-    if (totals.steps_above_tolerance > 0) {
-        line += fmt::format("; {} steps above the tolerance", totals.steps_above_tolerance);
-    }
+    const auto add_steps = [&](auto count, const char* where) {
+        if (count > 0) {
+            line += fmt::format("; {} step{} {}", count, count == 1 ? "" : "s", where);
+        }
+    };
+    add_steps(totals.steps_above_tolerance, "above the tolerance");
     if (totals.max_energy_gain > sim::energy_gain_allowed) {
-        line += fmt::format("; gained {:.2g} % of its energy", 100.0 * totals.max_energy_gain);
+        line += fmt::format("; gained {:.3g} % of the energy that it turned over", 100.0 * totals.max_energy_gain);
     }
-    if (totals.steps_at_iteration_limit > 0) {
-        line += fmt::format("; {} steps at the iteration limit", totals.steps_at_iteration_limit);
-    }
+    add_steps(totals.steps_at_iteration_limit, "at the iteration limit");
     line += fmt::format("; energy {:.4g} J to {:.4g} J; state {:016x}; in {}\n",
                         summary.start.kinetic_energy + summary.start.potential_energy,
                         summary.end.kinetic_energy + summary.end.potential_energy, summary.state_hash,

@@ -293,7 +293,7 @@ void read_joint(Loading& loading, const TreeNode& node, const std::string& title
         section.fail("bodies", fmt::format("joins '{}' to itself, expected two bodies", names[0]));
     }
     if (is_held(joint.body_a) && is_held(joint.body_b)) {
-        section.fail("bodies", "neither body can move, expected at least one that is not static");
+        section.fail("bodies", "neither body can move, expected at least one that is neither static nor moved by keys");
     }
     for (const int body : {joint.body_a, joint.body_b}) {
         if (body >= 0 && loading.scene.bodies[static_cast<std::size_t>(body)].release > 0.0) {

@@ -107,7 +107,7 @@ friction = 0.3
 )"));
     const Outcome lenient = tumble("simulate rolls.toml --no-strict");
     EXPECT_EQ(lenient.code, 0) << lenient.err;
-    EXPECT_NE(lenient.out.find("% of its energy"), std::string::npos) << lenient.out;
+    EXPECT_NE(lenient.out.find("% of the energy that it turned over"), std::string::npos) << lenient.out;
     EXPECT_GT(double(nlohmann::json::parse(bytes("out/rolls/summary.json"))["max_energy_gain"]), 1e-3);
     const Outcome strict = tumble("simulate rolls.toml --strict --quiet");
     EXPECT_EQ(strict.code, 5);
