@@ -14,8 +14,8 @@ namespace {
 /// body in place of its lighter one: light bodies do not sink under a heavy one. Solutions with these equations precondition
 /// those without: of most motions the first one leaves such a share, of a tower's bending nearly all.
 constexpr double compliance = 1e-3;
-/// Solutions with one factorisation [-]: at most so many, until that share is left of what was missing at first, or one takes less
-/// than this share of the square of what is missing: rigid bodies cannot do it, and would be loaded without bound.
+/// Solutions with one factorisation [-]: at most so many, until that share is left of what was missing at first, or one takes
+/// less than this share of the square of what is missing: rigid bodies cannot do it, and would be loaded without bound.
 constexpr std::size_t refinements = 8;
 constexpr double least_gain = 0.03;
 
@@ -364,8 +364,8 @@ LanePoint IslandNewton::found_at(const Active& active, const LanePoint& at) cons
 
 /// Gives each loaded point of a block the impulses that `next` finds for it, and its bodies what that changes.
 template <typename F>
-void IslandNewton::change_points(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity,
-                                 const F& next) {
+void IslandNewton::change_points(Blocks& loop, const Active& active, std::span<const BodyRows> rows,
+                                 std::span<Velocity> velocity, const F& next) {
     const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
     BlockBatch& batch = loop.batch_of(block);
     const std::size_t lane = Blocks::lane_of(block);
@@ -400,21 +400,18 @@ void IslandNewton::change_points(Blocks& loop, const Active& active, std::span<c
 
 /// Points that would pull (eq. 2, 3) carry nothing any more, and those whose friction would exceed its limit (eq. 6) bear that.
 /// Returns whether a block has any.
-bool IslandNewton::leave_set(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const {
+bool IslandNewton::leave_set(Blocks& loop, const Active& active, std::span<const BodyRows> rows,
+                             std::span<Velocity> velocity) const {
     const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
     const double mu = loop.batch_of(block).mu.x[Blocks::lane_of(block)];
-    const auto pulls = [](const LanePoint& found) { return found.p_n < 0.0; };
-    const auto is_beyond = [&](const LanePoint& found) {
-        return active.friction_rows > 0 && found.p_t.norm() > mu * found.p_n;
-    };
     bool any = false;
     change_points(loop, active, rows, velocity, [&](LanePoint at) {
         const LanePoint found = found_at(active, at);
-        if (pulls(found)) {
+        if (found.p_n < 0.0) {
             at.p_n = 0.0;
             at.p_t.setZero();
             any = true;
-        } else if (is_beyond(found)) {
+        } else if (active.friction_rows > 0 && found.p_t.norm() > mu * found.p_n) {
             at.p_t = mu * at.p_n * found.p_t.normalized();
             any = true;
         }

@@ -2,9 +2,9 @@
 /// Where sweeps stall: the equations of all loaded contacts of an island at once. Sweeps carry news from body to body, one
 /// block a visit, so a tower needs about as many as the square of its height. But after a few of them it is known which
 /// points carry load and which blocks stick: with that active set eq. 1 and eq. 5 are linear equations, which one sparse
-/// factorisation solves; points that would pull then leave it, blocks whose friction would exceed its limit slide, and it is solved
-/// again. What enters it is found by the sweeps that follow (semi-smooth Newton; Alart & Curnier 1991, "A mixed formulation for
-/// frictional contact problems prone to Newton like solution methods").
+/// factorisation solves. Points that would pull leave the set, blocks whose friction would exceed its limit slide, and what is
+/// left is solved again. What enters it the sweeps that follow find (semi-smooth Newton; Alart & Curnier 1991, "A mixed
+/// formulation for frictional contact problems prone to Newton like solution methods").
 #include "sim/model/body.h"
 #include "sim/block/batch.h"
 
@@ -38,8 +38,8 @@ double sliding_share(const Blocks& loop, const Island& island);
 
 class IslandNewton {
 public:
-    /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction
-    /// is held.
+    /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction is held.
+    /// As many factorisations as it has active sets, at most most_rounds.
     void step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity);
 
 private:
