@@ -444,15 +444,18 @@ void IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies,
             enough = compliance * compliance * missing_square();
         }
         find_impulses(loop, place, island, enough);
+        const bool is_last = round + 1 == most_rounds;
         is_left = false;
-        for (std::size_t i = 0; i < active_.size() && round + 1 < most_rounds; ++i) {
-            is_left = leave_set(loop, active_[i], rows, velocity) || is_left;
+        for (const Active& active : active_) {
+            is_left = (!is_last && leave_set(loop, active, rows, velocity)) || is_left;
         }
-        for (std::size_t i = 0; i < active_.size() && !is_left; ++i) {
-            const Active& active = active_[i];
+        if (is_left) {
+            continue;
+        }
+        for (const Active& active : active_) {
             change_points(loop, active, rows, velocity, [&](const LanePoint& at) {
                 LanePoint found = found_at(active, at);
-                found.p_n = std::max(found.p_n, 0.0); // never a pull
+                found.p_n = std::max(found.p_n, 0.0); // never a pull: eq. 2, 3
                 return found;
             });
         }

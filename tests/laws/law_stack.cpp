@@ -149,7 +149,8 @@ TEST(law_stack, a_tower_of_54_wooden_blocks_stands_still_at_any_velocity_toleran
 
 /// Neighbours touch with next to no load: where they would pull, they leave the active set.
 TEST(law_stack, towers_of_up_to_126_wooden_blocks_stand_still_at_the_default_settings) {
-    for (const auto& [layers, gap] : {std::pair(24, 1e-4), {30, 1e-4}, {36, 1e-4}, {22, 5e-5}, {30, 5e-5}, {42, 5e-5}, {26, 2e-4}}) {
+    for (const auto& [layers, gap] :
+         {std::pair(24, 1e-4), {30, 1e-4}, {36, 1e-4}, {22, 5e-5}, {30, 5e-5}, {42, 5e-5}, {26, 2e-4}}) {
         judge_rest(wooden_tower(layers, gap), fmt::format("tower of {} wooden blocks {:g} m apart", 3 * layers, gap), 1e-5);
     }
 }
@@ -241,7 +242,8 @@ sim::SceneDef cup_in_cup(double aside) {
 /// Rigid bodies that are held at more places than they need: the equations of all loaded contacts have no solution, or many, and a
 /// step of Newton's method may load bodies without end. It is taken back then, and no sweep goes on in its direction.
 TEST(law_stack, what_is_held_at_more_places_than_it_needs_stands) {
-    for (const auto& [count, turn, mu] : {std::tuple(12, 1.0, 0.4), {12, 1.0, 0.2}, {12, 1.3, 0.4}, {16, 3.0, 0.4}, {18, 2.0, 0.6}, {20, 1.0, 0.4}}) {
+    for (const auto& [count, turn, mu] :
+         {std::tuple(12, 1.0, 0.4), {12, 1.0, 0.2}, {12, 1.3, 0.4}, {16, 3.0, 0.4}, {18, 2.0, 0.6}, {20, 1.0, 0.4}}) {
         judge_standing(slabs(count, turn, mu), fmt::format("{} slabs turned by {:g} degrees, mu {:g}", count, turn, mu), 1e-4);
     }
     for (const double aside : {0.0005, 0.001, 0.002}) {
