@@ -12,7 +12,7 @@ namespace {
 
 constexpr int frame_width = 320;
 constexpr int frame_height = 180;
-constexpr int count = 4;
+constexpr int shutter_states = 4;
 
 /// A ball that moves to the right; the sun stands before and left of it.
 sim::SceneDef moving_ball(const sim::Vec3& position) {
@@ -80,14 +80,14 @@ Differences differences(const render::Image& a, const render::Image& b) {
 TEST(changed, sub_frames_drawn_in_part_are_those_drawn_whole) {
     for (const sim::SceneDef& scene : {flying_ball(), shading_ball(), rolling_ball(), mirrored_ball()}) {
         const sim::Snapshot snapshot = sample::start(scene);
-        const std::vector<sim::Snapshot> states = render::states_in_shutter(snapshot, 0.05, count);
+        const std::vector<sim::Snapshot> states = render::states_in_shutter(snapshot, 0.05, shutter_states);
         render::Renderer renderer(scene, frame_width, frame_height);
         render::PictureMean mean;
         for (const sim::Snapshot& state : states) {
             mean.add(renderer.draw(state), {0, 0, frame_width, frame_height});
         }
         const render::Image expected = mean.take();
-        const Differences found = differences(renderer.draw_blurred(snapshot, 0.05, count), expected);
+        const Differences found = differences(renderer.draw_blurred(snapshot, 0.05, shutter_states), expected);
         EXPECT_LE(found.largest, 6);
         EXPECT_LT(found.count, 60);
         EXPECT_GT(differences(renderer.draw(snapshot), expected).largest, 30); // blurred it is
@@ -115,10 +115,10 @@ TEST(changed, a_body_is_not_drawn_until_it_is_released) {
     const sim::Snapshot snapshot = sample::start(scene, 1.0);
     render::Renderer renderer(scene, frame_width, frame_height);
     render::PictureMean mean;
-    for (const sim::Snapshot& state : render::states_in_shutter(snapshot, 0.05, count)) {
+    for (const sim::Snapshot& state : render::states_in_shutter(snapshot, 0.05, shutter_states)) {
         mean.add(renderer.draw(state), {0, 0, frame_width, frame_height});
     }
-    EXPECT_LT(differences(renderer.draw_blurred(snapshot, 0.05, count), mean.take()).count, 60);
+    EXPECT_LT(differences(renderer.draw_blurred(snapshot, 0.05, shutter_states), mean.take()).count, 60);
 }
 
 // More would come than rays can follow: it mirrors nothing from the start, not until they come.
@@ -139,7 +139,7 @@ TEST(changed, a_ball_mirrors_the_same_during_a_whole_film) {
 TEST(changed, all_is_drawn_anew_where_the_camera_or_the_floor_moves) {
     sim::SceneDef scene = rolling_ball();
     const auto redrawn = [&scene] {
-        const std::vector<sim::Snapshot> states = render::states_in_shutter(sample::start(scene), 0.05, count);
+        const std::vector<sim::Snapshot> states = render::states_in_shutter(sample::start(scene), 0.05, shutter_states);
         return render::PicturePlan(scene, frame_width, frame_height).lists(states)[1].redrawn;
     };
     const render::PixelRect whole{0, 0, frame_width, frame_height};
