@@ -16,13 +16,16 @@ namespace {
 /// Points fixed to a rim that stand for it where a cylinder's end lies flat.
 constexpr int rim_points = 8;
 
-/// A cylinder's end counts as flat [rad] where its fixed points alone say the gap to 1e-10 of its radius; its end
+/// A cylinder's end counts as flat [rad] where its fixed points alone say the gap to 1e-8 of its radius; its end
 /// faces the other body, rather than its side, up to 45 degrees.
-constexpr double flat_end = 1e-9;
+constexpr double flat_end = 1e-7;
 constexpr double end_cosine = 0.70710678;
 
 /// Share [-] of the size by which a point may stick out of a face and still count as inside.
 constexpr double aligned_features = 1e-6;
+
+/// Of more corners than a block holds the lowest is kept where it is that by more than this share [-] of the margin.
+constexpr double lowest_share = 0.1;
 
 /// Contacts nearer to each other than this share [-] of the sizes are at one place.
 constexpr double same_place = 1e-3;
@@ -277,7 +280,7 @@ void ground_contacts(const Ground& ground, const Convex& convex, const ContactLi
         const std::uint64_t id = contact_id(group, static_cast<std::uint64_t>(ground.index), foot.code, 0);
         add_raised(foot_contact(ground, convex, foot, list.id_base + id), least, list);
     }
-    keep_outermost(contacts, first);
+    keep_outermost(contacts, first, lowest_share * list.margin);
 }
 
 /// Takes out the contacts from number `feet` on that lie at one of those from `first` on: the corner of a clipped face where the

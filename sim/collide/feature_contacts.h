@@ -4,9 +4,6 @@
 
 namespace sim {
 
-/// Gaps that differ by less than this share [-] of the size are one.
-constexpr double same_gap = 1e-10;
-
 /// The contacts of the features that define the separating direction: the ends of lines that are nearly parallel, and where none
 /// of these is the lowest the features themselves. gap [m]: of the bodies.
 void feature_contacts(const Convex& a, const Convex& b, const SeparatingDirection& best, double gap, const ContactList& list);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <numeric>
+#include <ranges>
+#include <span>
 
 namespace sim {
 namespace {
@@ -20,6 +22,11 @@ Vec3 nearest_on_line(const Vec3& point, const Vec3& direction, const Vec3& to) {
 
 /// Contacts that one face keeps: with a crossing of edges they fill a block.
 constexpr std::size_t most_contacts = 8;
+
+/// Of corners that span the same, rounding must not choose: one counts more [-] by as much of this share as it lies on that side
+/// of a's frame.
+constexpr double uneven = 1e-3;
+const Vec3 uneven_side(0.6, 0.7, 0.4);
 
 } // namespace
 
@@ -80,8 +87,8 @@ ContactGeometry contact_geometry(const ContactFeature& feature, const PlacedBody
         break;
     }
     }
-    const double radius_a = is_rim(feature) ? 0.0 : feature.radius_a;
-    const double radius_b = is_rim(feature) ? 0.0 : feature.radius_b;
+    const double radius_a = is_rim(feature.kind) ? 0.0 : feature.radius_a;
+    const double radius_b = is_rim(feature.kind) ? 0.0 : feature.radius_b;
     g.gap = distance - radius_a - radius_b + feature.allowance;
     g.a = core_a - radius_a * g.n;
     return g;
@@ -122,32 +129,45 @@ FoundContact Manifold::found(const Contact& contact, const Pose& a, const Pose& 
     return found;
 }
 
-void keep_outermost(std::vector<FoundContact>& contacts, std::size_t first) {
+void keep_outermost(std::vector<FoundContact>& contacts, std::size_t first, double slack) {
     if (contacts.size() - first <= most_contacts) {
         return;
     }
-    const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
-    const Vec3 n = begin->at.n;
+    const std::span<FoundContact> all = std::span(contacts).subspan(first);
+    const auto place = [&](std::size_t i) -> const Vec3& { return all[i].at.a; };
+    const auto gap = [&](std::size_t i) { return all[i].at.gap; };
+    Vec3 middle = Vec3::Zero();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        middle += place(i) / static_cast<double>(all.size());
+    }
+    const Vec3 n = all.front().at.n;
     const Vec3 t = n.unitOrthogonal();
-    const Vec3 s = n.cross(t);
-    std::vector<char> keep(contacts.size() - first, 0);
-    const auto mark = [&](const auto& value) {
-        const auto best = std::ranges::max_element(begin, contacts.end(), {}, value);
-        keep[static_cast<std::size_t>(best - begin)] = 1;
-    };
-    mark([](const FoundContact& c) { return -c.at.gap; });
-    for (std::size_t k = 0; k + 1 < most_contacts; ++k) {
-        const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / (most_contacts - 1);
-        const Vec3 outwards = std::cos(angle) * t + std::sin(angle) * s;
-        mark([&](const FoundContact& c) { return outwards.dot(c.at.a); });
-    }
-    std::size_t next = first;
-    for (std::size_t i = 0; i < keep.size(); ++i) {
-        if (keep[i] != 0) {
-            contacts[next++] = contacts[first + i];
+    std::vector<std::size_t> ring(all.size()); // in the order of their angles about the middle
+    std::iota(ring.begin(), ring.end(), std::size_t{0});
+    std::ranges::sort(ring, {}, [&](std::size_t i) {
+        const Vec3 arm = place(i) - middle;
+        return std::atan2(n.cross(t).dot(arm), t.dot(arm));
+    });
+    const std::size_t lowest = *std::ranges::min_element(ring, {}, gap);
+    while (ring.size() > most_contacts) {
+        std::vector<double> area; // of the triangle with its neighbours, twice [m^2]
+        for (std::size_t k = 0; k < ring.size(); ++k) {
+            const Vec3& at = place(ring[k]);
+            const Vec3 before = place(ring[(k + ring.size() - 1) % ring.size()]) - at;
+            const Vec3 after = place(ring[(k + 1) % ring.size()]) - at;
+            const double side = all[ring[k]].feature.core_a.stableNormalized().dot(uneven_side);
+            area.push_back((1.0 + uneven * side) * n.dot(after.cross(before)));
         }
+        ring.erase(ring.begin() + (std::ranges::min_element(area) - area.begin()));
     }
-    contacts.resize(next);
+    if (gap(lowest) < std::ranges::min(ring | std::views::transform(gap)) - slack) {
+        ring.back() = lowest;
+    }
+    std::ranges::sort(ring);
+    for (std::size_t k = 0; k < ring.size(); ++k) {
+        all[k] = all[ring[k]];
+    }
+    contacts.resize(first + ring.size());
 }
 
 } // namespace sim

@@ -38,8 +38,8 @@ struct ContactFeature {
 };
 
 /// Is it a rim that touches?
-inline bool is_rim(const ContactFeature& feature) {
-    return feature.kind == FeatureKind::rim_on_face_a || feature.kind == FeatureKind::rim_on_face_b;
+inline bool is_rim(FeatureKind kind) {
+    return kind == FeatureKind::rim_on_face_a || kind == FeatureKind::rim_on_face_b;
 }
 
 /// True where the surface is curved: a point fixed to the body leaves it within a step.
@@ -149,7 +149,8 @@ struct ContactList {
     std::vector<FoundContact>& contacts; ///< appended to
 };
 
-/// Of more contacts from number `first` on than a block holds: keeps the lowest, and those farthest out.
-void keep_outermost(std::vector<FoundContact>& contacts, std::size_t first);
+/// Of more contacts from number `first` on than a block holds: keeps those that span most, and the lowest where it is that by more
+/// than `slack` [m]. By less, of a body at rest, it would be another one in every step.
+void keep_outermost(std::vector<FoundContact>& contacts, std::size_t first, double slack);
 
 } // namespace sim

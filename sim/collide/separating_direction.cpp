@@ -425,7 +425,7 @@ Separation find_separation(const Convex& a, const Convex& b, double enough) {
     if (!result.is_beyond) {
         result.best_face = ascent.face_near_best();
         if (result.best_face.is_face() &&
-            result.best_face.core_gap + preference * std::max(a.size, b.size) >= result.best.core_gap) {
+            result.best_face.core_gap + same_gap * std::max(a.size, b.size) >= result.best.core_gap) {
             result.best = result.best_face;
         }
     }

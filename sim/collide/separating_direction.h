@@ -22,6 +22,10 @@ struct SeparatingDirection {
 /// step the contact may pass from the edges to the faces' corners.
 constexpr double nearly_flat = 0.998;
 
+/// Gaps that differ by less than this share [-] of the size are one: a face is preferred to the edges near it, and faces that rest on
+/// each other keep their contacts from step to step.
+constexpr double same_gap = 1e-9;
+
 /// The direction, and the best direction of a face near it (for bodies that are about to meet flat).
 struct Separation {
     SeparatingDirection best;

@@ -68,7 +68,7 @@ Displacement displacement(const Interval& of, const FoundContact& contact, const
     const ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
     // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
     const auto rolling = [&] { return Vec2(of.h * (u_t + tangents.transpose() * (0.5 * of.h * of.fall))); };
-    const bool is_ball = is_curved(feature) && !is_rim(feature);
+    const bool is_ball = is_curved(feature) && !is_rim(feature.kind);
     if (is_ball && feature.kind != FeatureKind::edges) {
         return {at.gap, rolling()};
     }
@@ -80,7 +80,7 @@ Displacement displacement(const Interval& of, const FoundContact& contact, const
     if (is_ball) {
         return {gap, rolling(), is_left};
     }
-    if (is_rim(feature)) {
+    if (is_rim(feature.kind)) {
         const Vec3 moved_a = rolled(of.from_a, of.to_a, start.a, is_left ? point_a : at.a);
         const Vec3 moved_b = rolled(of.from_b, of.to_b, start.b(), is_left ? point_b : at.b());
         return {gap, tangents.transpose() * (moved_a - moved_b), is_left};

@@ -200,6 +200,21 @@ TEST(law_stack, cylinders_that_lean_stand) {
     judge_standing(scene, "ten cylinders that lean", 1e-4);
 }
 
+/// Each on up to sixteen corners of which a block holds eight: were they others in every step, the stacks would shake and climb.
+TEST(law_stack, cylinders_turned_any_way_stand) {
+    for (const auto& [count, cylinder, aside] : {std::tuple(24, sim::Cylinder{0.05, 0.0035}, 0.0075), {16, sim::Cylinder{0.2, 0.06}, 0.04}}) {
+        sim::SceneDef scene;
+        scene.name = "law";
+        const sim::MaterialDef surface = material(0.0, 0.5);
+        add_plane(scene, Quat::Identity(), surface);
+        for (int i = 0; i < count; ++i) {
+            const Vec3 at(aside * std::sin(2.0 * i), aside * std::cos(3.0 * i), cylinder.half_length * (2 * i + 1));
+            add_cylinder(scene, cylinder, {at, Quat(Eigen::AngleAxisd(0.6 * i, Vec3::UnitZ()))}, surface);
+        }
+        judge_standing(scene, fmt::format("{} cylinders turned any way", count), 1e-5);
+    }
+}
+
 /// Compounds on a floor, as a scene file has them. parts: of each; places: the lines that put one there.
 sim::SceneDef bodies_of_parts(const std::string& parts, std::span<const std::string> places, double mu, double density) {
     std::string text = fmt::format("[[body]]\nname = \"floor\"\nshape = {{ kind = \"plane\" }}\nstatic = true\nfriction = {}\n", mu);

@@ -346,3 +346,33 @@ TEST(contact_solver, memory_is_matched_by_id_and_else_by_the_nearest_core) {
     replace_contacts(pair, std::span(contacts).first(1)); // far away, but there is no other
     EXPECT_EQ(pair.manifold.contacts[0].memory.p_n, old.manifold.contacts[0].memory.p_n);
 }
+
+// Its half kick has acted already: what is not owed any more would be missing from the motion.
+TEST(contact_solver, what_a_lost_contact_bore_acts_on_at_those_left) {
+    Stack stack(1);
+    PairContacts pair = stack.pairs[0];
+    const Vec3 normal = pair.manifold.contacts[0].at.n;
+    const auto sums = [&] { // of normal impulses: force, moment about the origin
+        std::pair<double, Vec3> sum{0.0, Vec3::Zero()};
+        for (const Contact& contact : pair.manifold.contacts) {
+            sum.first += contact.memory.p_n;
+            sum.second += contact.at.a.cross(contact.memory.p_n * normal);
+        }
+        return sum;
+    };
+    std::vector<FoundContact> contacts;
+    for (std::size_t i = 0; i < 4; ++i) {
+        Contact& contact = pair.manifold.contacts[i];
+        contacts.push_back(pair.manifold.found(contact, stack.bodies.pose[0], stack.bodies.pose[1]));
+        contact.memory = {.p_n = 2.0 - 0.3 * static_cast<double>(i), .p_t = Vec3(0.1, 0.2, 0.0), .signed_interval = time_step};
+    }
+    auto before = sums();
+    replace_contacts(pair, std::span(contacts).first(3));
+    EXPECT_NEAR(sums().first, before.first, 1e-12);
+    EXPECT_NEAR((sums().second - before.second).norm(), 0.0, 1e-6);
+    EXPECT_NEAR(pair.manifold.contacts[0].memory.p_t.x() + pair.manifold.contacts[1].memory.p_t.x() + pair.manifold.contacts[2].memory.p_t.x(),
+                0.4, 1e-12);
+    before = sums();
+    replace_contacts(pair, std::span(contacts).first(1)); // no moment any more
+    EXPECT_NEAR(sums().first, before.first, 1e-12);
+}

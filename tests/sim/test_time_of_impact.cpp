@@ -140,7 +140,7 @@ TEST(time_of_impact, far_side_of_a_rim_that_touches_is_followed_by_its_points) {
     const Pose past_flat = pose_at(-tilt);
     std::vector<FoundContact> contacts;
     find_contacts({cylinder, past_flat}, {Plane{}, floor}, 0.0, contacts);
-    const auto rim = std::ranges::find_if(contacts, [](const FoundContact& c) { return is_rim(c.feature); });
+    const auto rim = std::ranges::find_if(contacts, [](const FoundContact& c) { return is_rim(c.feature.kind); });
     ASSERT_NE(rim, contacts.end());
     // As repair() hands it over: the points found at the end, where they were at the start.
     FoundContact far = *rim;
