@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <ranges>
 #include <span>
 
 namespace sim {
@@ -23,8 +22,8 @@ Vec3 nearest_on_line(const Vec3& point, const Vec3& direction, const Vec3& to) {
 /// Contacts that one face keeps: with a crossing of edges they fill a block.
 constexpr std::size_t most_contacts = 8;
 
-/// Of corners that span the same, rounding must not choose: one counts more [-] by as much of this share as it lies on that side
-/// of a's frame.
+/// Of corners that span the same area rounding must not choose: each counts the more, by up to this share [-], the farther it lies
+/// to this side in the frame of a.
 constexpr double uneven = 1e-3;
 const Vec3 uneven_side(0.6, 0.7, 0.4);
 
@@ -160,7 +159,7 @@ void keep_outermost(std::vector<FoundContact>& contacts, std::size_t first, doub
         }
         ring.erase(ring.begin() + (std::ranges::min_element(area) - area.begin()));
     }
-    if (gap(lowest) < std::ranges::min(ring | std::views::transform(gap)) - slack) {
+    if (gap(lowest) < gap(*std::ranges::min_element(ring, {}, gap)) - slack) {
         ring.back() = lowest;
     }
     std::ranges::sort(ring);

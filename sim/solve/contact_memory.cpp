@@ -16,15 +16,15 @@ struct Kept {
     const Contact* before;
 };
 
-/// What a contact bore that is not found again goes to those left with its normal: linearly, so that its force acts where it did, as
-/// far as none has to pull. They lay where they did with it: `before`.
+/// What a contact bore that is not found again goes to those left with its normal: linearly, so that force and moment stay, as far as
+/// none has to pull. Of all of them the places `before` count, at one instant.
 void hand_over(const Contact& lost, std::vector<Kept> left) {
     const double load = lost.memory.p_n;
     std::erase_if(left, [&](const Kept& k) { return k.before->at.n.dot(lost.at.n) < nearly_flat || k.memory->approach_speed > 0.0; });
     if (std::ranges::any_of(left, [](const Kept& k) { return k.memory->p_n > 0.0; })) {
         std::erase_if(left, [](const Kept& k) { return !(k.memory->p_n > 0.0); });
     }
-    if (!(load > 0.0) || left.empty()) {
+    if (left.empty()) {
         return;
     }
     const auto count = static_cast<double>(left.size());
@@ -105,7 +105,9 @@ void replace_contacts(PairContacts& pair, std::span<const FoundContact> found) {
         lost.erase(from);
     }
     for (const std::size_t j : lost) {
-        hand_over(old[j], kept);
+        if (old[j].memory.p_n > 0.0) {
+            hand_over(old[j], kept);
+        }
     }
     pair.blocks = block_count(contacts);
     pair.manifold.contacts = std::move(contacts);

@@ -438,7 +438,7 @@ TEST(convex_pair, what_lies_flat_keeps_its_corners_however_little_it_turns) {
         for (const Named& lower : below) {
             for (int i = 0; i < 20; ++i) {
                 const Pose world = numbers.pose(1.0);
-                const Vec3 aside = (i % 2) * Vec3(numbers.between(-0.1, 0.1), numbers.between(-0.1, 0.1), 0.0);
+                const Vec3 aside = 0.1 * (i % 2) * numbers.direction().cwiseProduct(Vec3(1, 1, 0));
                 const Quat turned(Eigen::AngleAxisd(numbers.between(0.0, 3.0), Vec3::UnitZ()));
                 std::vector<FoundContact> at_first;
                 for (int k = 0; k < 10; ++k) {
