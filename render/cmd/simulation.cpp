@@ -212,6 +212,9 @@ std::string Simulation::missed_convergence() const {
     if (what.joint >= 0) {
         left = fmt::format("joint '{}' was left open by {:.3g} m", scene_.joints[static_cast<std::size_t>(what.joint)].name,
                            what.error);
+    } else if (what.is_pressed) {
+        left = fmt::format("{} are pressed {:.3g} m into each other: what closes in on them leaves no room", names(what.a, what.b),
+                           what.error);
     } else {
         const std::string where =
             what.a < 0 ? "in the joints"

@@ -218,6 +218,9 @@ LANES_INLINE Real3 operator*(const Sym3& m, Real3 a) {
     return {m.xx * a.x + m.xy * a.y + m.xz * a.z, m.xy * a.x + m.yy * a.y + m.yz * a.z,
             m.xz * a.x + m.yz * a.y + m.zz * a.z};
 }
+LANES_INLINE Sym3 operator*(Real s, const Sym3& m) {
+    return {s * m.xx, s * m.xy, s * m.xz, s * m.yy, s * m.yz, s * m.zz};
+}
 /// x with m x = b, by cofactors.
 LANES_INLINE Real3 solve(const Sym3& m, Real3 b) {
     const Real c_xx = m.yy * m.zz - m.yz * m.yz;

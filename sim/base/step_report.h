@@ -11,14 +11,16 @@ inline constexpr int stage_count = static_cast<int>(Stage::count);
 inline constexpr std::array<const char*, stage_count> stage_names{"broad_phase", "narrow_phase", "collisions",
                                                                   "contacts", "integrate"};
 
-/// What a step left unsettled: the widest open joint, or contacts of the pair of bodies that its last sweep changed most.
+/// What a step left unsettled: the widest open joint, or a pair of bodies that is pressed together, or contacts of the pair
+/// that its last sweep changed most.
 struct Unsettled {
     int joint = -1;      ///< -1: the contacts
     int a = -1;
     int b = -1;
     int island = 0;      ///< bodies [-] that contacts connect with them
     double change = 0.0; ///< [m/s]
-    double error = 0.0;  ///< [m] the joint's gap, or the largest gap error of contacts
+    double error = 0.0;  ///< [m] the joint's gap, the overlap, or the largest gap error of contacts
+    bool is_pressed = false; ///< what closes in on the bodies leaves them no room: they overlap by more than the tolerance
 };
 
 /// A run that gains more energy than this [-] has missed a promise; see EnergyWatch::gain().

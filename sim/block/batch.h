@@ -108,7 +108,8 @@ struct BatchSweep {
     /// [m/s] targets that a rigid motion misses by no more are met on average, and the load is shared smoothly;
     /// else fewer points carry it.
     double tolerance = 0.0;
-    bool by_half = false; ///< half of what each visit finds is taken, and it is to be visited again
+    double softness = 0.0; ///< [-] normal impulses give way by this share of what they change
+    bool by_half = false;  ///< half of what each visit finds is taken, and it is to be visited again
 };
 
 /// Once over all batches, in order; returns the largest velocity change at any point [m/s].

@@ -348,6 +348,7 @@ void Blocks::wake() {
     sweeps_ = 0;
     least_change_ = progress_ = std::numeric_limits<double>::infinity();
     stalls_ = false;
+    softness_ = 0.0;
     for (Island& island : islands_) {
         island.is_served = island.resists = false;
         island.is_extrapolated = true;
@@ -427,7 +428,7 @@ void Blocks::visit_again(const BatchSweep& like, double large) {
 
 double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance, double large,
                      const std::function<void()>& close_joints) {
-    const bool is_due = !close_joints && sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
+    const bool is_due = !gives_way() && !close_joints && sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
     if (is_due) {
         solve_stalled(velocity, skip);
@@ -443,6 +444,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
                           .velocity = velocity.front().v.data(),
                           .skip = skip,
                           .tolerance = tolerance,
+                          .softness = softness_,
                           .by_half = stalls_ && sweeps_ % 2 == 0};
     std::atomic<double> worst = 0.0;
     share_colours([&](std::size_t first, std::size_t last) {
@@ -456,6 +458,9 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
     if (sweeps_ % plain_sweeps == 0) {
         stalls_ = least_change_ > 0.5 * progress_;
         progress_ = std::exchange(least_change_, std::numeric_limits<double>::infinity());
+        if (may_give_way && (stalls_ || gives_way())) {
+            softness_ = std::max(2.0 * softness_, compliance);
+        }
     }
     return change_;
 }

@@ -159,6 +159,7 @@ public:
     std::vector<BlockBatch> batches;
     std::vector<BatchPoint> points; ///< of the batches
     Workers* workers = nullptr;     ///< share what is done block by block; null: this thread does all
+    bool may_give_way = false;      ///< see softness()
 
     /// Room for so many blocks and contacts, which are to be written; no batches.
     void clear(std::size_t block_count = 0, std::size_t contact_count = 0);
@@ -241,7 +242,7 @@ public:
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch at whose points
     /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. tolerance: see BatchSweep. After
     /// some sweeps the impulses are extrapolated, and what changed by more than `large` [m/s] is visited again; where they stall,
-    /// every second sweep takes half of what its visits find. close_joints: of bodies in blocks, before the visits; with it Newton's
+    /// every second sweep takes half of what its visits find, and in the end impulses give way. close_joints: of bodies in blocks, before the visits; with it Newton's
     /// method, which knows no joints, is not used.
     double sweep(std::span<Velocity> velocity, double skip, double tolerance,
                  double large = std::numeric_limits<double>::infinity(), const std::function<void()>& close_joints = {});
@@ -251,6 +252,12 @@ public:
     bool stalls() const { return stalls_; }
     /// Share [-] of the gap tolerance over the step by which velocities may still change then.
     double let_pass() const { return stalls_ ? stall_share * sweeps_ : 0.0; }
+
+    /// Share [-] of their response by which normal impulses give way. What no motion gives, bodies between two that close in on
+    /// them, is else asked for by ever larger impulses: from rounding on it is doubled as often as sweeps stall, and once it is
+    /// felt every so many sweeps, so that they come to an end.
+    double softness() const { return softness_; }
+    bool gives_way() const { return softness_ > 0.0; }
 
     /// Bodies [-] that contacts connect with those of a block.
     int island_size(const Block& block);
@@ -315,6 +322,7 @@ private:
     double least_change_ = 0.0;         ///< [m/s] of the last plain_sweeps, so far
     double progress_ = 0.0;             ///< [m/s] the same of those before
     bool stalls_ = false;
+    double softness_ = 0.0; ///< [-]
     std::vector<Island> islands_;       ///< once asked for
     IslandNewton newton_;
     Extrapolation extrapolation_;

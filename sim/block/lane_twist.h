@@ -42,6 +42,12 @@ LANES_INLINE Twist twist_of(const double* velocity, const BlockBatch& batch, con
             {dot(f.t1, w_a - w_b), dot(f.t2, w_a - w_b), dot(f.n, w_a - w_b)}};
 }
 
+/// Response of (u_n, w_1, w_2) to (P_n, L_1, L_2).
+LANES_INLINE Sym3 normal_response(const BlockBatch& batch, Window lanes) {
+    const auto w = [&](int i, int j) { return lanes.load(batch.response[i * (i + 1) / 2 + j]); };
+    return {w(2, 2), w(3, 2), w(4, 2), w(3, 3), w(4, 3), w(4, 4)};
+}
+
 /// Gives the bodies in the lanes `moves` a wrench. rows: as the interval begins; velocity: rows as in BatchSweep; p, moment:
 /// impulse [N s] at r [m] from the body's centre, and moment about that point [N m s].
 LANES_INLINE void push(const BodyRows* rows, double* velocity, const int* body, unsigned moves, const Real3& r, const Real3& p,

@@ -10,10 +10,6 @@
 namespace sim {
 namespace {
 
-/// Added to the diagonal of each equation, as a share [-] of the response that its block would have with the island's heaviest
-/// body in place of its lighter one: light bodies do not sink under a heavy one. Solutions with these equations precondition
-/// those without: of most motions the first one leaves such a share, of a tower's bending nearly all.
-constexpr double compliance = 1e-3;
 /// Solutions with one factorisation [-]: at most so many, until that share is left of what was missing at first, or one takes
 /// less than this share of the square of what is missing: rigid bodies cannot do it, and would be loaded without bound.
 constexpr std::size_t refinements = 8;

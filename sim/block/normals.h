@@ -206,10 +206,12 @@ struct SetTrial {
     }
 };
 
-/// Non-negative normal impulses with velocities at or above their targets (eq. 1-3 for the block).
+/// Non-negative normal impulses with velocities at or above their targets (eq. 1-3 for the block), less what softness [-] times
+/// their response gives.
 template <int N>
-LANES_INLINE void Visit<N>::solve_normals(Real slack) {
-    const Sym3 wn{w(2, 2), w(3, 2), w(4, 2), w(3, 3), w(4, 3), w(4, 4)};
+LANES_INLINE void Visit<N>::solve_normals(Real slack, double softness) {
+    const Sym3 wn = normal_response(batch, *this);
+    const Sym3 soft = real(1.0 + softness) * wn;
     const Real3 held = normal_wrench(p_n);
     const Real3 lifted = wn * held;
     Real excess[N];
@@ -233,7 +235,7 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     }
     Real impulse[N];
     if constexpr (N == 1) { // it lies at the block's centre, and nothing is to be shared
-        impulse[0] = max(-excess[0] / wn.xx, zero);
+        impulse[0] = max(-excess[0] / soft.xx, zero);
         add_normals(wn, held, impulse);
         return;
     }
@@ -246,8 +248,8 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     Real set = real(-1.0);
     Real found[N];
     for (int round = 0; round < set_rounds + N && any(open); ++round) {
-        fit_impulses<N>(*this, wn, active, excess, found);
-        const SetTrial<N> trial(*this, wn * normal_wrench(found), active, excess, found);
+        fit_impulses<N>(*this, soft, active, excess, found);
+        const SetTrial<N> trial(*this, soft * normal_wrench(found), active, excess, found);
         const Mask done = trial.exchange(open, slack, found, active);
         for (int k = 0; k < N; ++k) {
             impulse[k] = select(done, found[k], impulse[k]);
@@ -264,7 +266,7 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack) {
     }
     open |= circling;
     if (any(open)) {
-        iterate_normals(wn, open, excess, impulse);
+        iterate_normals(soft, open, excess, impulse);
     }
     add_normals(wn, held, impulse);
 }

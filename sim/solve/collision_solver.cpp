@@ -180,6 +180,7 @@ void CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSetting
     const auto is_enough = [&](double x) {
         return x <= std::max(settings.velocity_tolerance, loop_.let_pass() * settings.tolerance / settings.time_step.value());
     };
+    loop_.may_give_way = may_give_way;
     loop_.wake();
     constexpr double infinity = std::numeric_limits<double>::infinity();
     double change = infinity; // [m/s] by the last sweep
@@ -192,6 +193,7 @@ void CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSetting
         change = loop_.sweep(velocity, skip, settings.velocity_tolerance, infinity, close_joints);
         converged = is_enough(change) && (joints_.empty() || (count > 0 && is_enough(missing)));
     }
+    converged = converged && !loop_.gives_way();
     joints_.solve(velocity);
     sweeps_ += count;
 }
@@ -382,6 +384,9 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         is_changed_.assign(velocity.size(), 0);
         for (const std::size_t i : in_pass_) {
             is_changed_[i] = !bodies.props[i].is_static();
+        }
+        if (loop_.gives_way()) {
+            break; // no velocities part all that collide: what still approaches is left to the resting solve
         }
     }
     report.iterations = sweeps_;

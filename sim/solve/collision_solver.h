@@ -47,6 +47,8 @@ public:
     /// Where the impulses of collisions are added, pass by pass; null: nowhere.
     std::vector<ContactSnapshot>* impacts = nullptr;
 
+    bool may_give_way = false; ///< see Blocks::softness()
+
     /// Sweeps [-] of all passes of an instant together, with what it takes to arrange them.
     std::int64_t most_sweeps = std::numeric_limits<std::int64_t>::max();
 

@@ -27,6 +27,7 @@ void ContactGroups::begin_group(std::size_t index) {
     group.has_joints = false;
     group.is_begun = false;
     group.is_due = true;
+    group.given_way = 0.0;
 }
 
 /// The first body of each one's island. Returns that of the joints; -1 if they move none.
@@ -181,6 +182,7 @@ void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& 
     }
     target.contacts.add(bodies, pairs, moved, {}, to);
     target.is_due = true;
+    target.given_way = std::max(target.given_way, source.given_way);
     target.pairs.insert(target.pairs.end(), source.pairs.begin(), source.pairs.end());
     target.bodies.insert(target.bodies.end(), source.bodies.begin(), source.bodies.end());
     for (const std::size_t i : source.bodies) {
@@ -190,6 +192,7 @@ void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& 
     source.pairs.clear();
     source.bodies.clear();
     source.is_due = false;
+    source.given_way = 0.0;
     source.report = {};
 }
 

@@ -93,6 +93,7 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
         guessed_[i] = to_.velocity[i];
     }
     group.enough = 0.0;
+    group.contacts.loop.may_give_way = may_give_way;
     group.contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_, change_);
     take_uncertain(group);
     if (group.has_joints) {
@@ -248,6 +249,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
         for (int round = 0; round < most_rounds && converged && contacts.update_marks(bodies, pairs, to_.velocity); ++round) {
             report.iterations += iterate(group, std::max(settings_.iteration_limit - report.iterations, 1), converged);
         }
+        group.given_way = std::max(group.given_way, contacts.give_way(to_.velocity));
         to_.update(bodies, group.bodies, workers);
     }
     report.work = group.has_joints ? 0.0 : contacts.impulse_work(to_.velocity); // motors and springs do work by way of contacts
@@ -279,6 +281,18 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
         joint.memory.last_interval = rules_.h;
     }
     return connected;
+}
+
+double ContactSolver::given_way() const {
+    return std::ranges::max_element(groups_, {}, &ContactGroup::given_way)->given_way;
+}
+
+double ContactSolver::given_way(int pair) const {
+    const auto holds = [&](const ContactGroup& group) {
+        return group.given_way > 0.0 && std::ranges::find(group.pairs, pair) != group.pairs.end();
+    };
+    const auto found = std::ranges::find_if(groups_, holds);
+    return found == groups_.end() ? 0.0 : found->given_way;
 }
 
 int ContactSolver::contact_count() const {

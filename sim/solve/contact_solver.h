@@ -28,6 +28,8 @@ public:
         groups_.drop(bodies, pairs, pair, to_);
     }
 
+    bool may_give_way = false; ///< see Blocks::softness()
+
     /// Iterates until the predicted gaps are closed, in the groups where contacts have been added or dropped since. Fills
     /// velocity() and predicted(). iterations: the most of a group.
     ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints);
@@ -48,6 +50,10 @@ public:
     /// Velocities at t0 itself, once the impulses are stored: with the share of them that acts before it (Verlet's half).
     std::span<const Velocity> velocity_at_node() const { return at_node_; }
     int contact_count() const;
+    /// Of any pair.
+    double given_way() const;
+    /// The most [m] that a contact of the pair's island, or of its group, is asked for less, as no motion gives it.
+    double given_way(int pair) const;
     double joint_gap() const { return joints_.widest().gap; } ///< [m] largest at the predicted poses
     Unsettled least_settled();
 

@@ -59,6 +59,7 @@ enum class RestPhase {
     impulse_work,   ///< work of all impulses on the bodies
     scale,          ///< keeps a part of it
     yield,          ///< what overlaps is asked to part to the tolerance only
+    give_way,       ///< what softness leaves missing of the gaps is asked for no more; the most of it [m]
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]; which blocks
              ///< impacts load, and which pass them on
     store    ///< what the contacts hand to the next interval; gives the bodies what acts before t0 of the impulses that are forces
@@ -78,12 +79,13 @@ struct RestWork {
     double* at_node = nullptr;         ///< to store: velocities at t0, which get what acts before it
     double* sums = nullptr;            ///< [batch_count] of the two kinds of work [J]; else null
     double kept = 1.0;                 ///< [-] part of it that `scale` keeps
+    double softness = 0.0;             ///< [-] for `give_way`
     /// The rows of the ContactMemory of point k in lane l at [lane_count * k + l], of one batch; to start and to store.
     double* const* memory = nullptr;
     const RestRules* rules = nullptr;
 };
 
-/// Returns the largest error of a gap [m] where the phase is to measure, else 0.
+/// Returns the largest error of a gap [m] where the phase is to measure, the most that gives way, else 0.
 double work_on_rest(const RestWork& work);
 
 } // namespace sim

@@ -221,6 +221,29 @@ struct Rest : Window {
         store(batch.seen[2], select(yields, real(no_point), load(batch.seen[2])));
     }
 
+    /// Of the gaps is asked no more what the bodies miss by the softness of their impulses. Returns the most of it [m] in each lane.
+    LANES_INLINE Real give_way() const {
+        const Twist twist = twist_of(work.velocity, batch, frame_of(batch, *this), *this);
+        Real3 wrench{real(0.0), real(0.0), real(0.0)};
+        for (int k = 0; k < batch.count; ++k) {
+            const Real p_n = load(points[k].p_n);
+            wrench = wrench + Real3{p_n, p_n * load(points[k].y), -(p_n * load(points[k].x))};
+        }
+        const Real3 change = real(work.softness) * (normal_response(batch, *this) * wrench);
+        Real most = real(0.0);
+        for (int k = 0; k < batch.count; ++k) {
+            const Real x = load(points[k].x);
+            const Real y = load(points[k].y);
+            const Real target = load(points[k].u_n_target);
+            const Real missing = min(target - twist.normal(x, y), change.x + change.y * y - change.z * x);
+            const Real given = max(missing, real(0.0));
+            store(points[k].u_n_target, target - given);
+            store(rest[k].gap_target, load(rest[k].gap_target) - rules.h * given);
+            most = max(most, rules.h * given);
+        }
+        return most;
+    }
+
     /// Gaps and slips of the plain blocks at the predicted poses, and the targets that close them. Returns the largest error
     /// of a gap in each lane.
     LANES_INLINE Real measure() const {
@@ -408,6 +431,9 @@ LANES_INLINE Real work_on_lanes(const Rest& lanes, double& sum) {
         break;
     case RestPhase::yield:
         lanes.yield();
+        break;
+    case RestPhase::give_way:
+        worst = lanes.give_way();
         break;
     case RestPhase::measure:
         worst = lanes.measure();

@@ -4,6 +4,7 @@
 #include "sim/solve/time_of_impact.h"
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 
 namespace sim {
@@ -284,6 +285,19 @@ double RestingContacts::impulse_work(std::span<Velocity> velocity) {
 
 void RestingContacts::yield() {
     loop.share_batches([&](std::size_t first, std::size_t last) { work(RestPhase::yield, first, last, {}); });
+}
+
+double RestingContacts::give_way(std::span<Velocity> velocity) {
+    if (!loop.gives_way()) {
+        return 0.0;
+    }
+    std::atomic<double> most = 0.0;
+    loop.share_batches([&](std::size_t first, std::size_t last) {
+        RestWork work = work_of(RestPhase::give_way, first, last, velocity);
+        work.softness = loop.softness();
+        raise_to(most, work_on_rest(work));
+    });
+    return most;
 }
 
 void RestingContacts::scale_uncertain(double kept) {

@@ -43,6 +43,8 @@ public:
 
     /// What overlaps is asked to part to the tolerance only.
     void yield();
+    /// After the sweeps: what impulses that give way leave missing is asked for no more. Returns the most of it [m].
+    double give_way(std::span<Velocity> velocity);
 
     /// Eq. 6 on converged sums. Returns true if the iteration has to go on for it: with mu_s = mu_d a mark changes nothing.
     bool update_marks(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);

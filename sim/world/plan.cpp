@@ -30,6 +30,7 @@ void WorldState::plan(StepReport& report) {
         interval /= parts;
         ++report.divisions;
     }
+    const double whole = interval;
     for (int division = 0;; ++division) {
         stopped_at_impact = false;
         bool good = plan_interval(report);
@@ -39,12 +40,21 @@ void WorldState::plan(StepReport& report) {
         if (good) {
             break;
         }
-        if (division == division_limit || work_left() == 0) {
+        if (division < division_limit && work_left() > 0) {
+            ++report.divisions;
+            interval *= 0.5;
+        } else if (std::exchange(contact_solver.may_give_way, true)) {
             fall_short(report, contact_solver.least_settled());
             break;
+        } else { // no motion gives what is asked for: one solve more
+            division = -1;
+            interval = whole;
+            work_done -= settings.iteration_limit;
         }
-        ++report.divisions;
-        interval *= 0.5;
+    }
+    contact_solver.may_give_way = contact_solver.given_way() > 0.0;
+    if (repair.pressed) {
+        fall_short(report, *repair.pressed);
     }
     if (stopped_at_impact) {
         ++report.impacts_stopped_at;

@@ -76,6 +76,7 @@ bool Repair::verify() {
     verified_penetration = 0.0;
     meeting_.clear();
     overlapping_.clear();
+    pressed.reset();
     for (const Candidate& candidate : search_.candidates.all()) {
         const double known = std::min(verified_penetration, settings_.tolerance);
         const double depth = search_.distances.penetration(candidate, solver_.predicted(), known);
@@ -84,10 +85,14 @@ bool Repair::verify() {
             continue;
         }
         const std::size_t index = search_.index_of(candidate.bodies);
-        const bool parts = index < search_.pairs.size() && depth <= -search_.pairs[index].least_gap;
+        const double before = index < search_.pairs.size() ? -search_.pairs[index].least_gap : 0.0;
         if (is_left(candidate.bodies)) {
             meeting_.push_back(candidate.bodies);
-        } else if (!parts) { // else a solve that came to no end has left it
+        } else if (depth <= before) {
+            continue; // it parts: a solve that came to no end has left it
+        } else if (depth <= std::max(before, settings_.tolerance) + solver_.given_way(static_cast<int>(index))) {
+            pressed = {.a = candidate.bodies.a, .b = candidate.bodies.b, .error = depth, .is_pressed = true};
+        } else {
             overlapping_.push_back(candidate.bodies);
         }
     }

@@ -31,6 +31,7 @@ public:
     bool repair(std::span<const Velocity> at_node);
 
     double verified_penetration = 0.0; ///< [m] at the planned poses
+    std::optional<Unsettled> pressed;  ///< the last of those that will overlap ever deeper, as no motion parts them
 
     /// When the first of the pairs left touches, the bodies moving freely with the velocities found [s]; just before.
     std::optional<double> overlap_time() const;

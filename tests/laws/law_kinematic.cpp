@@ -1,6 +1,7 @@
 /// Bodies that keys move: what they carry, drag, push and throw, against closed forms; and that what they give is no gain.
 #include "tests/laws/law_scene.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace {
@@ -151,6 +152,56 @@ TEST(law_kinematic, what_a_hand_gives_is_no_gain) {
     record({"box, ball and pendulum on a hand", "gain of energy in 1.5 s [-]", 1e-3, gain, 1e-4});
     EXPECT_LT(gain, 1e-4);
     EXPECT_GT(highest, start + scene.bodies[1].mass.mass * g);
+}
+
+/// Two hands close further than what is between them is wide, lift it, and let it go. No motion gives what they ask for: contacts
+/// give way, and hold it by friction; asked for all of it, impulses grow without end, and throw it at hundreds of metres a second.
+TEST(law_kinematic, what_hands_pinch_is_lifted_and_let_go) {
+    const double half = 0.05; // of what they pinch [m]
+    const std::pair<std::string, sim::Shape> shapes[] = {
+        {"a cube", sim::Box{Vec3::Constant(half)}}, {"a ball", sim::Sphere{half}}, {"a cylinder", sim::Cylinder{half, half}}};
+    for (const auto& [name, shape] : shapes) {
+        for (const double too_far : {2e-4, 5e-3}) { // each of them [m]
+            sim::SceneDef scene;
+            const sim::MaterialDef surface = material(0.0, 0.5);
+            add_plane(scene, Quat::Identity(), surface);
+            for (const double side : {-1.0, 1.0}) {
+                const auto at = [&](double apart, double height) { return Vec3(side * (half + 0.02 + apart), 0, half + height); };
+                const auto stop = sim::Easing::stop;
+                add_moved_box(scene, {0.02, 0.06, 0.04},
+                              {key(0.05, at(0.02, 0), 0.0, stop), key(0.25, at(-too_far, 0), 0.0, stop), key(0.7, at(-too_far, 0.3), 0.0, stop),
+                               key(0.8, at(-too_far, 0.3), 0.0, stop), key(0.9, at(0.02, 0.3), 0.0, stop)},
+                              surface);
+            }
+            const auto body = static_cast<std::size_t>(add_box(scene, Vec3::Constant(half), {{0, 0, half}, Quat::Identity()}, surface));
+            scene.bodies[body].shape = shape;
+            scene.bodies[body].mass = sim::mass_properties(shape, 1000.0);
+            sim::World world(scene);
+            double gain = 0.0, deepest = 0.0, fastest = 0.0, aside = 0.0, height = 0.0;
+            std::int64_t sweeps = 0;
+            run(world, scene, 0.95, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+                gain = std::max(gain, report.energy_gain);
+                deepest = std::max(deepest, report.max_penetration);
+                sweeps += report.contact_iterations + report.collision_iterations;
+                fastest = std::max(fastest, s.bodies[body].velocity.norm());
+                aside = std::abs(s.bodies[body].velocity.x());
+                height = s.time <= 0.8 ? s.bodies[body].position.z() : height;
+                return true;
+            });
+            const std::string what = fmt::format("{}, pinched {} m too far", name, 2.0 * too_far);
+            record({what, "lifted by 0.3 m, error [m]", 1e-3, height - half - 0.3, 1e-3});
+            record({what, "overlap beyond what the hands ask for [m]", 1e-3, deepest - 2.0 * too_far, scene.step.tolerance});
+            record({what, "largest speed [m/s]", 1e-3, fastest, 1.5});
+            record({what, "aside when let go [m/s]", 1e-3, aside, 0.1});
+            record({what, "gain of energy [-]", 1e-3, gain, sim::energy_gain_allowed});
+            EXPECT_NEAR(height, half + 0.3, 1e-3) << what;
+            EXPECT_LE(deepest, 2.0 * too_far + scene.step.tolerance) << what;
+            EXPECT_LE(fastest, 1.5) << what;
+            EXPECT_LE(aside, 0.1) << what;
+            EXPECT_LE(gain, sim::energy_gain_allowed) << what;
+            EXPECT_LE(sweeps / world.step_index(), 200) << what;
+        }
+    }
 }
 
 } // namespace
