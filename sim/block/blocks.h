@@ -242,8 +242,8 @@ public:
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch at whose points
     /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. tolerance: see BatchSweep. After
     /// some sweeps the impulses are extrapolated, and what changed by more than `large` [m/s] is visited again; where they stall,
-    /// every second sweep takes half of what its visits find, and in the end impulses give way. close_joints: of bodies in blocks, before the visits; with it Newton's
-    /// method, which knows no joints, is not used.
+    /// every second sweep takes half of what its visits find, and impulses give way if they may. close_joints: of bodies in blocks,
+    /// before the visits; with it Newton's method, which knows no joints, is not used.
     double sweep(std::span<Velocity> velocity, double skip, double tolerance,
                  double large = std::numeric_limits<double>::infinity(), const std::function<void()>& close_joints = {});
 
@@ -253,9 +253,9 @@ public:
     /// Share [-] of the gap tolerance over the step by which velocities may still change then.
     double let_pass() const { return stalls_ ? stall_share * sweeps_ : 0.0; }
 
-    /// Share [-] of their response by which normal impulses give way. What no motion gives, bodies between two that close in on
-    /// them, is else asked for by ever larger impulses: from rounding on it is doubled as often as sweeps stall, and once it is
-    /// felt every so many sweeps, so that they come to an end.
+    /// Share [-] of their response by which normal impulses give way. What no motion gives, as of bodies between two that close in
+    /// on them, is else asked for by ever larger impulses. Where they may, it is doubled from the first stall on every `plain_sweeps`,
+    /// so that they come to an end.
     double softness() const { return softness_; }
     bool gives_way() const { return softness_ > 0.0; }
 

@@ -21,8 +21,8 @@ struct LanePoint;
 
 /// Added to the diagonal of each equation, as a share [-] of the response that its block would have with the island's heaviest
 /// body in place of its lighter one: light bodies do not sink under a heavy one. Solutions with these equations precondition
-/// those without: of most motions the first one leaves such a share, of a tower's bending nearly all. Sweeps whose impulses give
-/// way by more do without.
+/// those without: of most motions the first one leaves such a share, of a tower's bending nearly all. Softness begins with it:
+/// see Blocks.
 inline constexpr double compliance = 1e-3;
 
 /// Dynamic bodies that contacts connect, and the blocks between them.

@@ -161,7 +161,7 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
     const auto is_enough = [&](double change) {
         return change <= std::max(group.enough, loop.let_pass() * settings_.tolerance / rules_.h);
     };
-    bool has_yielded = false;
+    bool is_held = false;
     double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
     double missing = 0.0; // [m/s] of the joints, before the last sweep's visits
     std::function<void()> close_joints;
@@ -177,8 +177,8 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
         }
         converged = is_enough(last);
         // A row that is wedged between two walls cannot leave both: asked to, it would push harder in every sweep.
-        if (loop.stalls() && !converged && !std::exchange(has_yielded, true)) {
-            group.contacts.yield();
+        if (loop.stalls() && !converged && !std::exchange(is_held, true)) {
+            group.contacts.hold_overlaps();
         }
         converged = converged && (loop.empty() || !group.has_joints || (count > 0 && is_enough(missing)));
     }

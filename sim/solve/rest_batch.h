@@ -58,7 +58,7 @@ enum class RestPhase {
     uncertain_work, ///< its work against what the others lead to
     impulse_work,   ///< work of all impulses on the bodies
     scale,          ///< keeps a part of it
-    yield,          ///< what overlaps is asked to part to the tolerance only
+    hold_overlaps,  ///< what overlaps is asked to part to the tolerance only
     give_way,       ///< what softness leaves missing of the gaps is asked for no more; the most of it [m]
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]; which blocks
              ///< impacts load, and which pass them on

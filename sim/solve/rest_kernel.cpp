@@ -206,9 +206,9 @@ struct Rest : Window {
     }
 
     /// What overlaps is asked to part no further than to the tolerance; within it, it stays as it is.
-    LANES_INLINE void yield() const {
+    LANES_INLINE void hold_overlaps() const {
         const double per_h = 1.0 / rules.h;
-        Mask yields = nowhere();
+        Mask held = nowhere();
         for (int k = 0; k < batch.count; ++k) {
             const Real asked = load(rest[k].gap_target);
             const Real left = min(asked, max(load(points[k].gap), real(-rules.tolerance)));
@@ -216,9 +216,9 @@ struct Rest : Window {
             const Real target = load(points[k].u_n_target);
             store(points[k].u_n_target, select(changes, target + (left - asked) * per_h, target));
             store(rest[k].gap_target, left);
-            yields |= changes;
+            held |= changes;
         }
-        store(batch.seen[2], select(yields, real(no_point), load(batch.seen[2])));
+        store(batch.seen[2], select(held, real(no_point), load(batch.seen[2])));
     }
 
     /// Of the gaps is asked no more what the bodies miss by the softness of their impulses. Returns the most of it [m] in each lane.
@@ -429,8 +429,8 @@ LANES_INLINE Real work_on_lanes(const Rest& lanes, double& sum) {
             lanes.scale();
         }
         break;
-    case RestPhase::yield:
-        lanes.yield();
+    case RestPhase::hold_overlaps:
+        lanes.hold_overlaps();
         break;
     case RestPhase::give_way:
         worst = lanes.give_way();

@@ -283,8 +283,8 @@ double RestingContacts::impulse_work(std::span<Velocity> velocity) {
     return sum(RestPhase::impulse_work, before_, velocity);
 }
 
-void RestingContacts::yield() {
-    loop.share_batches([&](std::size_t first, std::size_t last) { work(RestPhase::yield, first, last, {}); });
+void RestingContacts::hold_overlaps() {
+    loop.share_batches([&](std::size_t first, std::size_t last) { work(RestPhase::hold_overlaps, first, last, {}); });
 }
 
 double RestingContacts::give_way(std::span<Velocity> velocity) {

@@ -42,7 +42,7 @@ public:
     void scale_uncertain(double kept);
 
     /// What overlaps is asked to part to the tolerance only.
-    void yield();
+    void hold_overlaps();
     /// After the sweeps: what impulses that give way leave missing is asked for no more. Returns the most of it [m].
     double give_way(std::span<Velocity> velocity);
 

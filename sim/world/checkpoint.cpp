@@ -23,7 +23,7 @@ void exchange(Archive& archive, State& state) {
     archive(state.interval);
     archive(state.begun_at_limit);
     archive(state.stopped_at_impact);
-    archive(state.contact_solver.may_give_way);
+    archive(state.gives_way);
     archive(state.repair.verified_penetration);
     archive(state.joint_rate);
     archive(state.connected);

@@ -52,7 +52,7 @@ void WorldState::plan(StepReport& report) {
             work_done -= settings.iteration_limit;
         }
     }
-    contact_solver.may_give_way = contact_solver.given_way() > 0.0;
+    gives_way = gives_way || contact_solver.given_way() > 0.0;
     if (repair.pressed) {
         fall_short(report, *repair.pressed);
     }

@@ -100,6 +100,7 @@ struct WorldState {
     bool begun_at_limit = false;    ///< the plan made before the first step did not converge: reported with that step
     double joint_rate = 0.0;        ///< [rad/s] of joints under the load of the interval planned
     std::int64_t work_done = 0;     ///< [sweeps] in the step under way
+    bool gives_way = false;         ///< what contacts ask for, in the step under way: see Blocks::softness()
     std::vector<Velocity> after_collisions;     ///< [body_count] velocities at the instant, without what it plans
     std::vector<int> connected;                 ///< [body_count] bodies that the loads planned connect, each by the first of them
     std::span<const Velocity> velocity_at_node; ///< [body_count] with the half of the impulses planned

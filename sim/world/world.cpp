@@ -132,6 +132,7 @@ StepReport WorldState::step() {
     report.at_iteration_limit = std::exchange(begun_at_limit, false);
     work_done = 0;
     progress = 0.0;
+    contact_solver.may_give_way = std::exchange(gives_way, false);
     double cubes = 0.0; // [s^3] of the intervals
     do {
         cubes += std::pow(interval, 3);
