@@ -43,10 +43,10 @@ void WorldState::plan(StepReport& report) {
         if (division < division_limit && work_left() > 0) {
             ++report.divisions;
             interval *= 0.5;
-        } else if (std::exchange(contact_solver.may_give_way, true)) {
+        } else if (bodies.kinematic.empty() || std::exchange(contact_solver.may_give_way, true)) {
             fall_short(report, contact_solver.least_settled());
             break;
-        } else { // no motion gives what is asked for: one solve more
+        } else { // no motion gives what hands ask for: one solve more
             division = -1;
             interval = whole;
             work_done -= settings.iteration_limit;
