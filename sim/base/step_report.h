@@ -11,8 +11,8 @@ inline constexpr int stage_count = static_cast<int>(Stage::count);
 inline constexpr std::array<const char*, stage_count> stage_names{"broad_phase", "narrow_phase", "collisions",
                                                                   "contacts", "integrate"};
 
-/// What a step left unsettled: the widest open joint, or a pair of bodies that is pressed together, or contacts of the pair
-/// that its last sweep changed most.
+/// What a step left unsettled: the widest open joint, a pair of bodies that are pressed together, or contacts of the pair that its
+/// last sweep changed most.
 struct Unsettled {
     int joint = -1;      ///< -1: the contacts
     int a = -1;

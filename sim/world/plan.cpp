@@ -31,7 +31,8 @@ void WorldState::plan(StepReport& report) {
         ++report.divisions;
     }
     const double whole = interval;
-    for (int division = 0;; ++division) {
+    int division = 0;
+    while (true) {
         stopped_at_impact = false;
         bool good = plan_interval(report);
         if (stops_at_impacts()) {
@@ -41,13 +42,14 @@ void WorldState::plan(StepReport& report) {
             break;
         }
         if (division < division_limit && work_left() > 0) {
+            ++division;
             ++report.divisions;
             interval *= 0.5;
         } else if (bodies.kinematic.empty() || std::exchange(contact_solver.may_give_way, true)) {
             fall_short(report, contact_solver.least_settled());
             break;
         } else { // no motion gives what hands ask for: one solve more
-            division = -1;
+            division = 0;
             interval = whole;
             work_done -= settings.iteration_limit;
         }

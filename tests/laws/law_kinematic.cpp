@@ -167,10 +167,12 @@ TEST(law_kinematic, what_hands_pinch_is_lifted_and_let_go) {
             add_plane(scene, Quat::Identity(), surface);
             for (const double side : {-1.0, 1.0}) {
                 const auto at = [&](double apart, double height) { return Vec3(side * (half + 0.02 + apart), 0, half + height); };
-                const auto stop = sim::Easing::stop;
+                const auto stop_at = [&](double time, double apart, double height) {
+                    return key(time, at(apart, height), 0.0, sim::Easing::stop);
+                };
                 add_moved_box(scene, {0.02, 0.06, 0.04},
-                              {key(0.05, at(0.02, 0), 0.0, stop), key(0.25, at(-too_far, 0), 0.0, stop), key(0.7, at(-too_far, 0.3), 0.0, stop),
-                               key(0.8, at(-too_far, 0.3), 0.0, stop), key(0.9, at(0.02, 0.3), 0.0, stop)},
+                              {stop_at(0.05, 0.02, 0.0), stop_at(0.25, -too_far, 0.0), stop_at(0.7, -too_far, 0.3),
+                               stop_at(0.8, -too_far, 0.3), stop_at(0.9, 0.02, 0.3)},
                               surface);
             }
             const auto body = static_cast<std::size_t>(add_box(scene, Vec3::Constant(half), {{0, 0, half}, Quat::Identity()}, surface));
