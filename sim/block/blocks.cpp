@@ -351,6 +351,7 @@ void Blocks::wake() {
     softness_ = 0.0;
     for (Island& island : islands_) {
         island.is_served = island.resists = false;
+        island.due = island.cost;
         island.is_extrapolated = true;
     }
 }

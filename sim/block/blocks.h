@@ -124,10 +124,6 @@ inline constexpr int plain_sweeps = 12;
 /// Sweeps [-] between two steps of Newton's method: enough to find out who carries load.
 inline constexpr int newton_period = 4;
 
-/// An island is factorised where that, level by level from one body, costs no more than for so many bodies that all touch [-]:
-/// of a tower or a chain of any length it does not; that of a dense heap of 256 takes a tenth of a second.
-inline constexpr std::size_t newton_size = 64;
-
 /// Rounds [-] of what is repeated until it is right, where nothing proves that it ends: linear solves at predicted poses, changes
 /// of marks, motors at their limits, repairs, the time of an impact, the active set of an island.
 inline constexpr int most_rounds = 12;

@@ -52,7 +52,6 @@ void Blocks::find_islands() {
             found.push_back(body);
         };
         add(least);
-        double work = 0.0;
         for (std::size_t first = 0, last = 1; first < last; first = std::exchange(last, found.size())) {
             for (std::size_t i = first; i < last; ++i) {
                 const std::size_t body = found[i];
@@ -62,9 +61,8 @@ void Blocks::find_islands() {
                     }
                 }
             }
-            work += static_cast<double>(last - first) * std::pow(static_cast<double>(found.size() - first), 2);
+            island.cost += static_cast<double>(last - first) * std::pow(static_cast<double>(found.size() - first), 2);
         }
-        island.is_small = work <= std::pow(newton_size, 3);
         for (const std::size_t body : found) {
             island.bodies.push_back(own[body]);
         }
@@ -75,6 +73,10 @@ void Blocks::find_islands() {
             const int body = is_dynamic(blocks[i].a) ? blocks[i].a : blocks[i].b;
             islands_[static_cast<std::size_t>(island_of[place_of(body)])].blocks.push_back(static_cast<int>(i));
         }
+    }
+    for (Island& island : islands_) {
+        island.cost /= static_cast<double>(island.blocks.size());
+        island.due = island.cost;
     }
     for (const int body : own) {
         place[static_cast<std::size_t>(body)] = -1;
@@ -153,7 +155,8 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
     });
 }
 
-/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It is judged by what the sweeps
+/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s], once its sweeps since wake(), or
+/// the last step, have cost as much: together they take at most twice what the better of both would. It is judged by what the sweeps
 /// since then still change, and taken back if that is no less than before.
 void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
     if (islands_.empty()) {
@@ -170,10 +173,11 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
             restore(island, velocity);
             island.resists = true;
         }
-        island.is_served = !island.resists && island.is_small && sliding_share(*this, island) <= most_sliding;
+        island.is_served = !island.resists && sweeps_ >= island.due && sliding_share(*this, island) <= most_sliding;
         if (island.is_served) {
             island.is_extrapolated = false;
             island.change = change;
+            island.due = sweeps_ + island.cost;
             save(island, velocity);
             newton_.step(*this, island, *bodies_, velocity);
         }

@@ -172,6 +172,8 @@ void print_scenes() {
         "lattice.wall_x.spacing=[5.9,1,1]", "lattice.wall_x.origin=[-2.95,0,4]", "lattice.wall_x.body.shape.size=[0.4,12,8]",
         "lattice.wall_y.spacing=[1,5.9,1]", "lattice.wall_y.origin=[0,-2.95,4]", "lattice.wall_y.body.shape.size=[12,0.4,8]"};
     print_scene("1000 shapes of four kinds in a tub", sim::parse_scene(laws::tub, "tub.toml", of_1000), 2000);
+    const std::vector<std::string> of_128 = {"lattice.piece.count=[4,4,8]", "simulation.velocity_tolerance=1e-7"};
+    print_scene("128 of them, at the default tolerances", sim::parse_scene(laws::tub, "tub.toml", of_128), 2500);
 }
 
 /// The same scene with one thread, two, four and so on, as far as there are cores; in turns, so that what else the machine does
