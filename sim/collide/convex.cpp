@@ -183,6 +183,30 @@ int support_vertex(const Convex& convex, const Vec3& u) {
     return farthest_vertex(*convex.polytope, in_part(convex, u));
 }
 
+Vec3 support_middle(const Convex& convex, const Vec3& u, double slack) {
+    if (convex.kind == CoreKind::polytope) {
+        const std::vector<Vec3>& vertices = convex.polytope->vertices;
+        const Vec3 local = in_part(convex, u);
+        const double limit = support_height(convex, u) - slack;
+        Vec3 sum = Vec3::Zero();
+        int count = 0;
+        for (const Vec3& vertex : vertices) {
+            if (vertex.dot(local) >= limit) {
+                sum += vertex;
+                ++count;
+            }
+        }
+        return convex.placed(sum / count);
+    }
+    const Vec3 axis = convex.axis();
+    const double along = axis.dot(u);
+    const Vec3 across = u - along * axis;
+    const bool is_level = 2.0 * convex.half_length * std::abs(along) <= slack; // its side, not an end
+    const bool is_upright = 2.0 * convex.radius * across.norm() <= slack;
+    return convex.world_from_part.position + (is_level ? 0.0 : std::copysign(convex.half_length, along)) * axis +
+           (is_upright ? 0.0 : convex.radius) * across.stableNormalized();
+}
+
 void near_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
     features.clear();
     if (convex.kind == CoreKind::point) {

@@ -23,6 +23,10 @@ constexpr int most_steps = 32;
 /// Passes of the ascent; each moves to a neighbouring pair of features.
 constexpr int pass_limit = 60;
 
+/// Share [-] of the size by which a direction may be beaten elsewhere that is not searched for any more: of bodies that lie flat on each
+/// other, but for rounding, many directions are as good.
+constexpr double nearly_best = 1e-6;
+
 /// Two points are told to be the nearest ones of the cores where they are this many times the rounding apart.
 constexpr double proof = 1e3;
 
@@ -102,28 +106,21 @@ public:
 
     /// Of cores that overlap, is the local maximum `best` known to be the largest of all? It is where the ball about the origin that
     /// touches the surface of their difference, in the direction of `best`, lies within the difference.
-    bool is_least_depth() const {
+    bool is_least_depth() {
         const Vec3& n = best.n;
-        const double depth = -best.core_gap;
-        if (!best.is_face() && n.dot(best.a.point - best.b.point) - reach(best.a, n) - reach(best.b, n) > best.core_gap + slack_) {
+        const double slack = nearly_best * std::max(a_.size, b_.size);
+        const SeparatingDirection face = best.is_face() ? best : face_near_best();
+        if (face.is_face() && face.core_gap + slack >= best.core_gap) {
+            return is_within_cone(face.n, face.core_gap + slack, inside_of_face(face, slack));
+        }
+        if (best.is_face() || n.dot(best.a.point - best.b.point) - reach(best.a, n) - reach(best.b, n) > best.core_gap + slack_) {
             return false;
         }
-        if (!best.is_face() && has_rim(best.a, best.b)) {
-            return best.a.kind == Kind::rim ? is_within_disc(best.a, best.b, n, depth) : is_within_disc(best.b, best.a, -n, depth);
+        if (has_rim(best.a, best.b)) {
+            return best.a.kind == Kind::rim ? is_within_disc(best.a, best.b, n, -best.core_gap)
+                                            : is_within_disc(best.b, best.a, -n, -best.core_gap);
         }
-        // A flat disc about the foot, and the cone from it to the centres' difference.
-        double disc = -1.0;
-        if (best.is_face_of_a) {
-            disc = inside_of(a_, best.a, support_point(b_, n));
-        } else if (best.is_face_of_b) {
-            disc = inside_of(b_, best.b, support_point(a_, -n));
-        } else if (are_edges(best.a, best.b)) {
-            disc = inside_of_ends(best.a, best.b);
-        }
-        const Vec3 centre = a_.centre() - b_.centre();
-        const double height = n.dot(centre) + depth;
-        const double aside = disc + (centre - n * n.dot(centre)).norm();
-        return disc > 0.0 && height * disc - depth * aside >= depth * std::hypot(height, aside);
+        return are_edges(best.a, best.b) && is_within_cone(n, best.core_gap, inside_of_ends(best.a, best.b));
     }
 
     SeparatingDirection best;
@@ -192,11 +189,24 @@ private:
         face.core_gap = gap(face.n);
         take(lead_, face);
         take(top_, face);
-        const Convex& own = face.is_face_of_a ? a_ : b_;
-        const Convex& other = face.is_face_of_a ? b_ : a_;
-        is_proven_ = face.core_gap > proof * slack_ &&
-                     inside_of(own, face.is_face_of_a ? face.a : face.b,
-                               support_point(other, face.is_face_of_a ? face.n : Vec3(-face.n))) >= 0.0;
+        const double inside = inside_of_face(face, same_gap * std::max(a_.size, b_.size));
+        is_proven_ = inside >= 0.0 && (face.core_gap > proof * slack_ || is_within_cone(face.n, face.core_gap, inside));
+    }
+
+    /// How far inside the face's boundary what the other core has nearest to it, within `slack` [m], lies [m]; negative outside.
+    double inside_of_face(const SeparatingDirection& face, double slack) const {
+        return face.is_face_of_a ? inside_of(a_, face.a, support_middle(b_, face.n, slack))
+                                 : inside_of(b_, face.b, support_middle(a_, -face.n, slack));
+    }
+
+    /// Where the surface of the cores' difference is flat, as far as `disc` [m] about its point nearest to the origin: does the cone
+    /// from there to the middle of the difference hold the ball about the origin that touches it there? gap: along n [m].
+    bool is_within_cone(const Vec3& n, double gap, double disc) const {
+        const double depth = std::max(-gap, 0.0);
+        const Vec3 centre = a_.centre() - b_.centre();
+        const double height = n.dot(centre) + depth;
+        const double aside = disc + (centre - n * n.dot(centre)).norm();
+        return disc > 0.0 && height * disc - depth * aside >= depth * std::hypot(height, aside);
     }
 
     void try_edges_and_rims() {
@@ -265,7 +275,9 @@ private:
         const double round = reach(fa, n) + reach(fb, n);
         if (apart - round <= found.core_gap + slack_) {
             take(top_, found);
-            is_proven_ = found.core_gap > proof * slack_ && are_nearest(found);
+            is_proven_ = found.core_gap > proof * slack_
+                             ? are_nearest(found)
+                             : are_edges(fa, fb) && is_within_cone(n, found.core_gap, inside_of_ends(fa, fb));
         }
     }
 

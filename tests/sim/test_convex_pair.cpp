@@ -461,6 +461,25 @@ TEST(convex_pair, what_lies_flat_keeps_its_corners_however_little_it_turns) {
     }
 }
 
+// It leaves upwards or sideways, whichever is less; that it lies flat but for the least turn is no proof of either.
+TEST(convex_pair, what_hangs_on_by_a_strip_is_as_deep_as_the_strip_is_wide) {
+    constexpr double height = 0.3; // [m], of prism(8)
+    const double width = 0.5 * std::cos(std::numbers::pi / 8); // between two sides of it
+    const Quat to_side(Eigen::AngleAxisd(std::numbers::pi / 8, Vec3::UnitZ()));
+    const Shape shape = prism(8);
+    Numbers numbers(31);
+    for (int i = 0; i < 400; ++i) {
+        const Pose world = numbers.pose(0.0);
+        const double strip = std::pow(10.0, numbers.between(-9.0, -2.0));
+        const double depth = std::pow(10.0, numbers.between(-9.0, -2.0));
+        const Vec3 turn = std::pow(10.0, numbers.between(-12.0, -7.0)) * numbers.direction();
+        const Quat turned(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()));
+        const Pose upper{Vec3(width - strip, 0, height - depth), turned * to_side};
+        const double gap = separation({shape, world * upper}, {shape, world * Pose{Vec3::Zero(), to_side}});
+        EXPECT_NEAR(gap, -std::min(strip, depth), 1e-6) << i << ": " << strip << " m wide, " << depth << " m deep";
+    }
+}
+
 // It leaves by the side or by the end. A polytope that grew to its size would have a million corners.
 TEST(convex_pair, a_grain_inside_the_rim_of_a_cylinder_is_as_deep_as_it_is) {
     const Cylinder cylinder{0.15, 0.125};
