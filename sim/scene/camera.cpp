@@ -12,6 +12,9 @@ namespace sim {
 
 namespace {
 
+/// Parts into which the way from key to key of a body is cut where a camera is to see it.
+constexpr int poses_between_keys = 16;
+
 void check_view(const Section& section, const CameraKey& key, std::string_view at) {
     if (key.eye == key.target) {
         section.fail(at, "eye and target are the same point, expected two different ones");
@@ -132,11 +135,21 @@ CameraDef default_camera(const SceneDef& scene) {
     camera.keys = {CameraKey{}};
     Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity());
     Vec3 upper = -lower;
-    for (const BodyDef& body : scene.bodies) {
-        const Bounds box = bounds(body.shape, body.pose);
+    const auto include = [&](const Shape& shape, const Pose& pose) {
+        const Bounds box = bounds(shape, pose);
         if (box.lower.allFinite()) {
             lower = lower.cwiseMin(box.lower);
             upper = upper.cwiseMax(box.upper);
+        }
+    };
+    for (const BodyDef& body : scene.bodies) {
+        include(body.shape, body.pose);
+        for (std::size_t i = 1; i < body.motion.keys.size(); ++i) {
+            const double from = body.motion.keys[i - 1].time;
+            const double to = body.motion.keys[i].time;
+            for (int k = 0; k <= poses_between_keys; ++k) {
+                include(body.shape, body.motion.pose_at(from + (to - from) * k / poses_between_keys));
+            }
         }
     }
     if (lower.allFinite()) {

@@ -12,7 +12,7 @@ namespace sim {
 CameraDef read_camera(const TextSource& source, const TreeNode& node, const std::string& title, const SceneDef& scene,
                       const BodyFinder& find);
 
-/// A view of all bodies that have an end, for a scene without cameras.
+/// A view of all bodies that have an end, where they are at the start and wherever keys move them, for a scene without cameras.
 CameraDef default_camera(const SceneDef& scene);
 
 } // namespace sim

@@ -1,4 +1,5 @@
 /// Bodies that keys move: what they carry, drag, push and throw, against closed forms; and that what they give is no gain.
+#include "sim/base/error.h"
 #include "tests/laws/law_scene.h"
 
 #include <fmt/format.h>
@@ -203,6 +204,34 @@ TEST(law_kinematic, what_hands_pinch_is_lifted_and_let_go) {
             EXPECT_LE(gain, sim::energy_gain_allowed) << what;
             EXPECT_LE(sweeps / world.step_index(), 200) << what;
         }
+    }
+}
+
+/// No motion keeps a chain closed that two hands pull longer than it is.
+TEST(law_kinematic, a_chain_that_hands_tear_ends_the_run_and_says_so) {
+    constexpr double link = 0.1; // [m]
+    sim::SceneDef scene;
+    for (const double side : {-1.0, 1.0}) {
+        const Vec3 at(side * 2.5 * link, 0, 1);
+        add_moved_box(scene, Vec3::Constant(0.05), {key(0.0, at), key(1.0, at + Vec3(side * 0.5, 0, 0))}, {});
+    }
+    for (int i = 0; i < 4; ++i) {
+        const double x = (i - 1.5) * link;
+        const int index = add_box(scene, {0.04, 0.01, 0.01}, {{x, 0, 1}, Quat::Identity()}, {});
+        scene.bodies[static_cast<std::size_t>(index)].name = fmt::format("link {}", i);
+        add_joint(scene, sim::JointKind::ball, {index, i == 0 ? 0 : index - 1}, {x - 0.5 * link, 0, 1}, Vec3::UnitY());
+    }
+    add_joint(scene, sim::JointKind::ball, {5, 1}, {2.0 * link, 0, 1}, Vec3::UnitY());
+    try {
+        sim::World world(scene);
+        for (int i = 0; i < 1000; ++i) {
+            world.step();
+        }
+        FAIL() << "it goes on";
+    } catch (const sim::Error& error) {
+        EXPECT_EQ(error.code(), sim::ExitCode::stopped);
+        EXPECT_NE(std::string(error.what()).find("; the joint of 'link"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("was torn open, by "), std::string::npos) << error.what();
     }
 }
 

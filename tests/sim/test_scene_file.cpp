@@ -684,3 +684,15 @@ TEST(scene_file, scene_without_a_camera_has_all_bodies_in_view) {
     EXPECT_GT(std::sin(20 * std::numbers::pi / 180) * distance, 0.5);
     EXPECT_LT(distance, 5.0);
 }
+
+TEST(scene_file, scene_without_a_camera_has_what_keys_move_in_view) {
+    const SceneDef scene = parse_scene(ball_text + "keys = [{ time = 0 }, { time = 1, position = [0, 0, 9], easing = \"stop\" }, "
+                                                   "{ time = 2, position = [0, 8, 0] }]\n",
+                                       "s.toml");
+    const CameraKey& key = scene.cameras[0].keys.at(0);
+    const Vec3 ahead = (key.target - key.eye).normalized();
+    for (const Vec3& at : {Vec3(0, 0, 0), Vec3(0, 0, 9), Vec3(0, 4, 4.5), Vec3(0, 8, 0)}) {
+        const Vec3 seen = at - key.eye;
+        EXPECT_LE(std::acos(ahead.dot(seen.normalized())) + std::asin(0.5 / seen.norm()), 20 * std::numbers::pi / 180) << at;
+    }
+}
