@@ -86,39 +86,42 @@ void add_axis_features(const Convex& convex, const Vec3& u, std::vector<CoreFeat
     }
 }
 
-/// Calls f for what belongs to any of the vertices, each once, in the order of the indices. of: [vertices], ascending.
+/// Calls f for what meets in any of the vertices, these features, each once, in the order of the indices. f adds features.
 template <typename F>
-void for_each_of(const std::vector<std::vector<int>>& of, const std::vector<int>& vertices, F&& f) {
-    if (vertices.size() == 1) {
-        std::ranges::for_each(of[static_cast<std::size_t>(vertices[0])], f);
+void for_each_around(const Polytope::Around& around, std::size_t vertex_count, const std::vector<CoreFeature>& features, F&& f) {
+    if (vertex_count == 1) {
+        std::ranges::for_each(around.of(features[0].index), f);
         return;
     }
     std::vector<int> all;
-    for (const int v : vertices) {
-        all.insert(all.end(), of[static_cast<std::size_t>(v)].begin(), of[static_cast<std::size_t>(v)].end());
+    for (const CoreFeature& vertex : std::span(features).first(vertex_count)) {
+        const std::span<const int> own = around.of(vertex.index);
+        all.insert(all.end(), own.begin(), own.end());
     }
     std::ranges::sort(all);
     all.erase(std::unique(all.begin(), all.end()), all.end());
     std::ranges::for_each(all, f);
 }
 
-void add_polytope_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
+void add_polytope_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features, bool with_edges) {
     const Polytope& polytope = *convex.polytope;
     const Vec3 local = in_part(convex, u);
     const double limit = polytope.vertices[static_cast<std::size_t>(farthest_vertex(polytope, local))].dot(local) -
                          equally_far * convex.size;
-    std::vector<int> lowest;
     for (int v = 0; v < static_cast<int>(polytope.vertices.size()); ++v) {
         if (polytope.vertices[static_cast<std::size_t>(v)].dot(local) >= limit) {
             features.push_back({Kind::vertex, v, convex.vertex(v), Vec3::Zero(), 0.0, 0.0});
-            lowest.push_back(v);
         }
     }
-    for_each_of(polytope.faces_of, lowest, [&](int f) {
+    const std::size_t vertex_count = features.size();
+    for_each_around(polytope.faces_around, vertex_count, features, [&](int f) {
         const Polytope::Face& face = polytope.faces[static_cast<std::size_t>(f)];
-        features.push_back({Kind::face, f, convex.vertex(face.loop[0]), convex.turned(face.normal), 0.0, 0.0});
+        features.push_back({Kind::face, f, convex.vertex(face.corner), convex.turned(face.normal), 0.0, 0.0});
     });
-    for_each_of(polytope.edges_of, lowest, [&](int e) {
+    if (!with_edges) {
+        return;
+    }
+    for_each_around(polytope.edges_around, vertex_count, features, [&](int e) {
         const Polytope::Edge& edge = polytope.edges[static_cast<std::size_t>(e)];
         features.push_back({Kind::edge, e, convex.placed(edge.middle), convex.turned(edge.direction), 0.0,
                             convex.scale.cwiseProduct(edge.direction).norm() * edge.half_length});
@@ -207,12 +210,12 @@ Vec3 support_middle(const Convex& convex, const Vec3& u, double slack) {
            (is_upright ? 0.0 : convex.radius) * across.stableNormalized();
 }
 
-void near_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
+void near_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features, bool with_edges) {
     features.clear();
     if (convex.kind == CoreKind::point) {
         features.push_back({CoreFeature::Kind::vertex, 0, convex.world_from_part.position, Vec3::Zero(), 0.0, 0.0});
     } else if (convex.kind == CoreKind::polytope) {
-        add_polytope_features(convex, u, features);
+        add_polytope_features(convex, u, features, with_edges);
     } else {
         add_axis_features(convex, u, features);
     }

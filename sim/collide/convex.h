@@ -58,7 +58,8 @@ struct CoreFeature {
     double length = 0.0;            ///< [m] half of an edge; its point is the middle
 };
 
-/// Features whose outward directions may be near u: those that meet in the support point, within rounding.
-void near_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features);
+/// Features whose outward directions may be near u: those that meet in the support point, within rounding; with_edges: a polytope's
+/// edges, too.
+void near_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features, bool with_edges = true);
 
 } // namespace sim

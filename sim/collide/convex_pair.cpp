@@ -205,8 +205,8 @@ private:
         }
         // The face at the lowest vertex that lies flattest; an edge of it is called after the vertex it starts at.
         const Vec3 up = convex_.world_from_part.orientation.conjugate() * ground_.normal;
-        const auto lowest = static_cast<std::size_t>(support_vertex(convex_, -ground_.normal));
-        const int face = *std::ranges::min_element(polytope.faces_of[lowest], {}, [&](int f) {
+        const std::span<const int> faces = polytope.faces_around.of(support_vertex(convex_, -ground_.normal));
+        const int face = *std::ranges::min_element(faces, {}, [&](int f) {
             return polytope.faces[static_cast<std::size_t>(f)].normal.dot(up);
         });
         const std::vector<int>& loop = polytope.faces[static_cast<std::size_t>(face)].loop;

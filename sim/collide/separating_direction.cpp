@@ -83,10 +83,13 @@ public:
         return best.core_gap <= enough_;
     }
 
-    /// The best direction of a face near `best`, or no worse than it.
+    /// The best direction of a face near `best`, or no worse than it; of a, if one of it is as good as those of b.
     SeparatingDirection face_near_best() {
+        if (best.is_face_of_a) {
+            return best;
+        }
         if (n_ != best.n) {
-            look_along(best.n);
+            look_along(best.n, false);
         }
         SeparatingDirection of_a;
         SeparatingDirection of_b;
@@ -138,10 +141,10 @@ private:
         }
     }
 
-    void look_along(const Vec3& n) {
+    void look_along(const Vec3& n, bool at_edges = true) {
         n_ = n;
-        near_features(a_, -n, features_a_);
-        near_features(b_, n, features_b_);
+        near_features(a_, -n, features_a_, at_edges);
+        near_features(b_, n, features_b_, at_edges);
     }
 
     /// What any two points of the cores are apart along n is no less than the gap [m].

@@ -236,16 +236,27 @@ std::vector<int> flat_groups(const std::vector<Triangle>& triangles, std::span<c
     return group;
 }
 
-/// Fills edges, edges_of and faces_of from the faces' loops.
+/// of: [vertices] what meets in each.
+Polytope::Around around(std::span<const std::vector<int>> of) {
+    Polytope::Around result;
+    for (const std::vector<int>& own : of) {
+        result.indices.insert(result.indices.end(), own.begin(), own.end());
+        result.ends.push_back(static_cast<int>(result.indices.size()));
+    }
+    return result;
+}
+
+/// Fills in, from the faces' loops, what follows from them.
 void connect(Polytope& polytope) {
-    polytope.edges_of.assign(polytope.vertices.size(), {});
-    polytope.faces_of.assign(polytope.vertices.size(), {});
+    std::vector<std::vector<int>> edges_of(polytope.vertices.size());
+    std::vector<std::vector<int>> faces_of(polytope.vertices.size());
     std::map<std::pair<int, int>, int> face_along;
     for (int f = 0; f < static_cast<int>(polytope.faces.size()); ++f) {
         const std::vector<int>& loop = polytope.faces[static_cast<std::size_t>(f)].loop;
+        polytope.faces[static_cast<std::size_t>(f)].corner = loop.front();
         for (std::size_t i = 0; i < loop.size(); ++i) {
             face_along[{loop[i], loop[(i + 1) % loop.size()]}] = f;
-            polytope.faces_of[static_cast<std::size_t>(loop[i])].push_back(f);
+            faces_of[static_cast<std::size_t>(loop[i])].push_back(f);
         }
     }
     for (const auto& [ends, left] : face_along) {
@@ -259,9 +270,11 @@ void connect(Polytope& polytope) {
         const Vec3 along = polytope.vertices[b] - polytope.vertices[a];
         polytope.edges.push_back({from, to, left, face_along.at({to, from}), along.stableNormalized(),
                                   0.5 * (polytope.vertices[a] + polytope.vertices[b]), 0.5 * along.norm()});
-        polytope.edges_of[a].push_back(index);
-        polytope.edges_of[b].push_back(index);
+        edges_of[a].push_back(index);
+        edges_of[b].push_back(index);
     }
+    polytope.edges_around = around(edges_of);
+    polytope.faces_around = around(faces_of);
 }
 
 /// Fills centre and radius from the vertices.

@@ -21,14 +21,26 @@ struct Polytope {
     };
     struct Face {
         Vec3 normal = Vec3::UnitZ(); ///< unit, outwards
+        int corner = 0;              ///< the first of its vertices
         std::vector<int> loop;       ///< vertices, counter-clockwise seen from outside
+    };
+    /// What meets in each vertex.
+    struct Around {
+        std::vector<int> indices; ///< of the first vertex ascending, then of the next one
+        std::vector<int> ends;    ///< [vertices] where its own end
+
+        std::span<const int> of(int vertex) const {
+            const auto v = static_cast<std::size_t>(vertex);
+            const int begin = v == 0 ? 0 : ends[v - 1];
+            return std::span(indices).subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(ends[v] - begin));
+        }
     };
 
     std::vector<Vec3> vertices; ///< [m]
     std::vector<Edge> edges;
     std::vector<Face> faces;
-    std::vector<std::vector<int>> edges_of; ///< [vertices]
-    std::vector<std::vector<int>> faces_of; ///< [vertices]
+    Around edges_around;
+    Around faces_around;
     Vec3 centre = Vec3::Zero();             ///< mean of the vertices [m]
     double radius = 0.0;                    ///< largest distance of a vertex from the origin [m]
 };
