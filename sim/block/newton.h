@@ -30,9 +30,9 @@ struct Island {
     std::vector<int> bodies; ///< ascending
     std::vector<int> blocks; ///< ascending
 
-    double cost = 0.0; ///< of a factorisation, level by level from its least body, as a number of sweeps [-]: for a product of two
-                       ///< bodies' equations the visit of a block. A tower's is a few, that of a heap of 160 bodies hundreds
-    double due = 0.0;  ///< [-] sweeps after which a step is worth that
+    double cost = 0.0; ///< [-] of a factorisation, level by level from its least body, in sweeps: a product of two bodies' equations
+                       ///< counts as the visit of a block. A tower's is a few, that of a heap of 160 bodies hundreds
+    double due = 0.0;  ///< [-] the sweep from which on a step is worth that
     bool is_served = false;      ///< by steps, of which none was taken back
     bool resists = false;        ///< one was: left to sweeps
     bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last

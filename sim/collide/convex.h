@@ -45,7 +45,7 @@ Vec3 support_point(const Convex& convex, const Vec3& u);
 /// The same as the index of a polytope's vertex.
 int support_vertex(const Convex& convex, const Vec3& u);
 
-/// The middle of all points of the core that miss it by no more than `slack` [m], world: of a face, an edge, a cylinder's end.
+/// The middle [m], world, of all points of the core that reach as far along u, but for `slack` [m]: of a face, an edge, an end.
 Vec3 support_middle(const Convex& convex, const Vec3& u, double slack);
 
 /// A smooth piece of the core's surface. Its point lies on it (rim: its centre; cylinder's side: on its axis).

@@ -23,8 +23,8 @@ constexpr int most_steps = 32;
 /// Passes of the ascent; each moves to a neighbouring pair of features.
 constexpr int pass_limit = 60;
 
-/// Share [-] of the size by which a direction may be beaten elsewhere that is not searched for any more: of bodies that lie flat on each
-/// other, but for rounding, many directions are as good.
+/// No better direction is searched for than one that may be beaten by this share [-] of the size: of bodies that lie flat on each other,
+/// but for rounding, many are as good.
 constexpr double nearly_best = 1e-6;
 
 /// Two points are told to be the nearest ones of the cores where they are this many times the rounding apart.
@@ -113,8 +113,9 @@ public:
         const Vec3& n = best.n;
         const double slack = nearly_best * std::max(a_.size, b_.size);
         const SeparatingDirection face = best.is_face() ? best : face_near_best();
-        if (face.is_face() && face.core_gap + slack >= best.core_gap) {
-            return is_within_cone(face.n, face.core_gap + slack, inside_of_face(face, slack));
+        if (face.is_face() && face.core_gap + slack >= best.core_gap &&
+            is_within_cone(face.n, face.core_gap + slack, inside_of_face(face, slack))) {
+            return true;
         }
         if (best.is_face() || n.dot(best.a.point - best.b.point) - reach(best.a, n) - reach(best.b, n) > best.core_gap + slack_) {
             return false;
@@ -141,10 +142,10 @@ private:
         }
     }
 
-    void look_along(const Vec3& n, bool at_edges = true) {
+    void look_along(const Vec3& n, bool with_edges = true) {
         n_ = n;
-        near_features(a_, -n, features_a_, at_edges);
-        near_features(b_, n, features_b_, at_edges);
+        near_features(a_, -n, features_a_, with_edges);
+        near_features(b_, n, features_b_, with_edges);
     }
 
     /// What any two points of the cores are apart along n is no less than the gap [m].

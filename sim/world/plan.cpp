@@ -68,6 +68,20 @@ void WorldState::plan(StepReport& report) {
     }
 }
 
+/// What the last plan left open, to be told beside what came of it; empty where that is no joint.
+std::string WorldState::torn_open() {
+    const Unsettled left = contact_solver.least_settled();
+    if (left.joint < 0) {
+        return "";
+    }
+    const Joint& joint = joints[static_cast<std::size_t>(left.joint)];
+    const auto name_of = [&](int body) {
+        const auto i = static_cast<std::size_t>(body);
+        return i < names.size() ? fmt::format("'{}'", names[i]) : "the world";
+    };
+    return fmt::format("; the joint of {} and {} was torn open, by {:.3g} m", name_of(joint.a), name_of(joint.b), left.error);
+}
+
 /// Intervals a second that the fastest rotation asks for [1/s]: of bodies in joints, and of those near contact whose contact points
 /// move in the body as it turns, or whose w turns, that is all but balls of equal moments. Throws Error(stopped) beyond
 /// `largest_turn_in_step`.
@@ -104,20 +118,6 @@ double WorldState::intervals_for_spin() {
                                 names[fastest], rate, step_index, largest_turn_in_step / h, largest_turn_in_step, torn_open()));
     }
     return rate / largest_turn;
-}
-
-/// What the last plan left open, to be told beside what came of it; empty where that is no joint.
-std::string WorldState::torn_open() {
-    const Unsettled left = contact_solver.least_settled();
-    if (left.joint < 0) {
-        return "";
-    }
-    const Joint& joint = joints[static_cast<std::size_t>(left.joint)];
-    const auto name_of = [&](int body) {
-        const auto i = static_cast<std::size_t>(body);
-        return i < names.size() ? fmt::format("'{}'", names[i]) : "the world";
-    };
-    return fmt::format("; the joint of {} and {} was torn open, by {:.3g} m", name_of(joint.a), name_of(joint.b), left.error);
 }
 
 /// The same for the vibration of joints under the load of the last interval: from 2 rad an interval on Verlet's scheme is

@@ -63,8 +63,8 @@ struct WorldState {
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);
     void restart(std::span<const char> touched);
-    double intervals_for_spin();
     std::string torn_open();
+    double intervals_for_spin();
     double intervals_for_joints() const;
     void plan(StepReport& report);
     bool plan_interval(StepReport& report);
