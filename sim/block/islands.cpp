@@ -156,8 +156,8 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
 }
 
 /// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s], once its sweeps since wake(), or
-/// the last step, have cost as much: together they take at most twice what the better of both would. It is judged by what the sweeps
-/// since then still change, and taken back if that is no less than before.
+/// the last step, have cost as much as a factorisation: where steps bring nothing, they cost little more than the sweeps beside them. It
+/// is judged by what the sweeps since then still change, and taken back if that is no less than before.
 void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
     if (islands_.empty()) {
         find_islands();

@@ -107,8 +107,8 @@ public:
         return of_a.core_gap + slack_ >= of_b.core_gap ? of_a : of_b;
     }
 
-    /// Of cores that overlap, is the local maximum `best` known to be the largest of all? It is where the ball about the origin that
-    /// touches the surface of their difference, in the direction of `best`, lies within the difference.
+    /// Of cores that overlap, is the local maximum `best` known to be the largest of all, but for nearly_best? It is where the ball about
+    /// the origin that touches the surface of their difference, in the direction of `best`, lies within the difference.
     bool is_least_depth() {
         const Vec3& n = best.n;
         const double slack = nearly_best * std::max(a_.size, b_.size);

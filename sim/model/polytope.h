@@ -21,7 +21,7 @@ struct Polytope {
     };
     struct Face {
         Vec3 normal = Vec3::UnitZ(); ///< unit, outwards
-        int corner = 0;              ///< the first of its vertices
+        int corner = 0;              ///< the first of its vertices, beside the normal for time only
         std::vector<int> loop;       ///< vertices, counter-clockwise seen from outside
     };
     /// What meets in each vertex.

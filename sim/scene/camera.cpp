@@ -12,7 +12,7 @@ namespace sim {
 
 namespace {
 
-/// Parts into which the way from key to key of a body is cut where a camera is to see it.
+/// Parts [-] into which the way from key to key of a body is cut where a camera is to see it.
 constexpr int poses_between_keys = 16;
 
 void check_view(const Section& section, const CameraKey& key, std::string_view at) {
