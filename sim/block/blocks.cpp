@@ -460,7 +460,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
         stalls_ = least_change_ > 0.5 * progress_;
         progress_ = std::exchange(least_change_, std::numeric_limits<double>::infinity());
         if (may_give_way && (stalls_ || gives_way())) {
-            softness_ = std::max(2.0 * softness_, compliance);
+            softness_ = std::max(2.0 * softness_, least_softness);
         }
     }
     return change_;

@@ -128,6 +128,9 @@ inline constexpr int newton_period = 4;
 /// of marks, motors at their limits, repairs, the time of an impact, the active set of an island.
 inline constexpr int most_rounds = 12;
 
+/// Softness begins with this share [-] of a response: see Blocks.
+inline constexpr double least_softness = 1e-3;
+
 /// Looking for contacts and arranging them counts as so many sweeps [-] where work is bounded.
 inline constexpr int sweeps_to_arrange = 10;
 

@@ -301,7 +301,8 @@ double IslandNewton::missing_square() const {
 
 /// Impulses that leave least missing, until its square is `enough` (generalised conjugate residuals: Eisenstat, Elman & Schultz
 /// 1983, "Variational iterative methods for nonsymmetric systems of linear equations"). Where blocks ask for more than rigid
-/// bodies can do, something is.
+/// bodies can do, something is: a solution for it would be impulses that hold against each other, and move nothing, as large as the
+/// compliance is small. So each is for what the bodies can do of it, which is what such a solution moves.
 void IslandNewton::find_impulses(const Blocks& loop, std::span<const int> place, const Island& island, double enough) {
     const auto size = static_cast<Eigen::Index>(rows_.size());
     Eigen::VectorXd weight(size);
@@ -313,7 +314,8 @@ void IslandNewton::find_impulses(const Blocks& loop, std::span<const int> place,
     const auto product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& y) { return x.cwiseProduct(weight).dot(y); };
     std::vector<Direction> taken; // what they move is orthonormal
     while (taken.size() < refinements && product(missing, missing) > enough) {
-        Direction next = solution(loop, place, island, missing);
+        const Direction possible = solution(loop, place, island, missing);
+        Direction next = solution(loop, place, island, possible.moved);
         for (const Direction& before : taken) {
             const double share = product(before.moved, next.moved);
             next.moved -= share * before.moved;

@@ -28,6 +28,8 @@ struct ContactGroup {
     bool is_begun = false;     ///< its contacts are in blocks
     bool is_due = true;        ///< it is to be solved, or solved again
     double given_way = 0.0;    ///< [m] the most that its contacts are asked for less, as no motion gives it
+    bool is_swept_on = false;  ///< one sweep was not enough, in this interval
+    double settled = 0.0;      ///< [m/s] change that it may leave in any case
     double enough = 0.0;       ///< [m/s] change that ends the sweeps; 0 until the first one of the interval
     ContactSolveReport report; ///< of its last solve
 };

@@ -35,7 +35,9 @@ constexpr double largest_growth = 2.0;
 /// step leaves adds up, and towers bounce. By trial with towers of 20 to 60 cubes and the funnel, as settled_change.
 constexpr double solved_share = 0.25;
 
-/// Changes [m/s] that a solve may leave to those of the next steps: where it finds more it leaves a share of that only.
+/// Changes [m/s] that a solve may leave to those of the next steps: where it finds more it leaves a share of that only. What is left
+/// adds up from step to step, until one is swept on and takes it away. That is a force too much in the next step, which may leave a
+/// share of this only: were it left, it would have to be taken away again in every second step.
 constexpr double settled_change = 3e-6;
 
 } // namespace
@@ -79,6 +81,7 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     to_.move_others(bodies, workers_);
     change_.resize(bodies.props.size());
     guessed_.resize(bodies.props.size());
+    swept_on_.resize(bodies.props.size());
     groups_.form(bodies, pairs, joints, to_.solved, workers_);
 }
 
@@ -93,6 +96,9 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
         guessed_[i] = to_.velocity[i];
     }
     group.enough = 0.0;
+    const bool was_swept_on = std::ranges::any_of(group.bodies, [&](std::size_t i) { return swept_on_[i] != 0; });
+    group.settled = (was_swept_on ? solved_share : 1.0) * std::min(iteration_tolerance_, settled_change);
+    group.is_swept_on = false;
     group.contacts.loop.may_give_way = may_give_way;
     group.contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_, change_);
     take_uncertain(group);
@@ -173,7 +179,7 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
         const double skip = skip_share * std::min(tolerance, last);
         last = loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h, close_joints);
         if (group.enough == 0.0) {
-            group.enough = std::min(tolerance, std::max(solved_share * last, settled_change));
+            group.enough = std::min(tolerance, std::max(solved_share * last, group.settled));
         }
         converged = is_enough(last);
         // A row that is wedged between two walls cannot leave both: asked to, it would push harder in every sweep.
@@ -182,6 +188,7 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
         }
         converged = converged && (loop.empty() || !group.has_joints || (count > 0 && is_enough(missing)));
     }
+    group.is_swept_on = group.is_swept_on || count > 1;
     if (group.has_joints && !loop.empty()) {
         joints_.solve(to_.velocity);
     }
@@ -265,6 +272,12 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
         const std::span<const Joint> of_group = group.has_joints ? joints : std::span<Joint>{};
         group.contacts.store(pairs, group.pairs, of_group, to_, at_node_);
     });
+    std::ranges::fill(swept_on_, 0);
+    for (const ContactGroup& group : groups_) {
+        for (const std::size_t i : group.bodies) {
+            swept_on_[i] = group.is_swept_on ? 1 : 0;
+        }
+    }
     std::vector<int> connected = sets_of_one(at_node_.size());
     std::vector<std::size_t> without_joints; // these have half kicks that hold against those of contacts
     for (const ContactGroup& group : groups_) {

@@ -222,6 +222,11 @@ TEST(law_random_scenes, what_is_told_of_a_jam_has_no_energy_of_its_own) {
     judge(1352, 1352, 0);
 }
 
+/// Of a pair that overlaps by the tolerance, another feature that overlaps by more is found within an interval of nanoseconds.
+TEST(law_random_scenes, what_overlaps_parts_no_faster_in_a_short_interval) {
+    judge(956, 956, 0, 300.0);
+}
+
 TEST(law_random_scenes, DISABLED_most_of_two_hundred_converge_and_none_gains_energy) {
     judge(1, 200, 5);
 }
