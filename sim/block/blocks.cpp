@@ -134,6 +134,7 @@ void BlockBodies::begin(const Bodies& bodies, std::span<const std::size_t> which
     const std::size_t count = bodies.props.size();
     rows.resize(count);
     colours.resize(count);
+    swept.resize(count);
     place.resize(count, -1);
     const auto write = [&](std::size_t first, std::size_t last) {
         for (const std::size_t k : which.subspan(first, last - first)) {
@@ -351,7 +352,7 @@ void Blocks::wake() {
     softness_ = 0.0;
     for (Island& island : islands_) {
         island.is_served = island.resists = false;
-        island.due = island.cost;
+        island.due = island.cost - bodies_->swept[static_cast<std::size_t>(island.bodies.front())];
         island.is_extrapolated = true;
     }
 }

@@ -76,7 +76,7 @@ void Blocks::find_islands() {
     }
     for (Island& island : islands_) {
         island.cost /= static_cast<double>(island.blocks.size());
-        island.due = island.cost;
+        island.due = island.cost - bodies_->swept[static_cast<std::size_t>(island.bodies.front())];
     }
     for (const int body : own) {
         place[static_cast<std::size_t>(body)] = -1;
@@ -155,9 +155,10 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
     });
 }
 
-/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s], once its sweeps since wake(), or
-/// the last step, have cost as much as a factorisation: where steps bring nothing, they cost little more than the sweeps beside them. It
-/// is judged by what the sweeps since then still change, and taken back if that is no less than before.
+/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s], once its sweeps since one was
+/// enough, in solves before, too, or since the last step, have cost as much as its factorisations: where steps bring nothing, they cost
+/// little more than the sweeps beside them. It is judged by what the sweeps since then still change, and taken back if that is no less
+/// than before.
 void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
     if (islands_.empty()) {
         find_islands();
@@ -172,6 +173,9 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
         if (is_worse) {
             restore(island, velocity);
             island.resists = true;
+            for (const int body : island.bodies) {
+                bodies_->swept[static_cast<std::size_t>(body)] = static_cast<float>(-island.rounds * island.cost);
+            }
         }
         island.is_served = !island.resists && sweeps_ >= island.due && sliding_share(*this, island) <= most_sliding;
         if (island.is_served) {
@@ -179,7 +183,7 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
             island.change = change;
             island.due = sweeps_ + island.cost;
             save(island, velocity);
-            newton_.step(*this, island, *bodies_, velocity);
+            island.rounds = newton_.step(*this, island, *bodies_, velocity);
         }
         if (island.is_served || is_worse) {
             for (const int i : island.blocks) {

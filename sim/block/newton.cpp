@@ -418,14 +418,15 @@ bool IslandNewton::leave_set(Blocks& loop, const Active& active, std::span<const
     return any;
 }
 
-void IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity) {
+int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity) {
     const std::span<const BodyRows> rows = bodies.rows;
     std::vector<int>& place = bodies.place;
     const auto inverse_mass = [&](int body) { return rows[static_cast<std::size_t>(body)].x[0]; };
     const double least = inverse_mass(*std::ranges::min_element(island.bodies, {}, inverse_mass));
     double enough = 0.0;
     bool is_left = true; // by points or blocks, the active set
-    for (int round = 0; round < most_rounds && is_left; ++round) {
+    int round = 0;
+    for (; round < most_rounds && is_left; ++round) {
         active_.clear();
         rows_.clear();
         for (const int i : island.blocks) {
@@ -461,6 +462,7 @@ void IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies,
     for (const int body : island.bodies) {
         place[static_cast<std::size_t>(body)] = -1;
     }
+    return round;
 }
 
 } // namespace sim

@@ -33,6 +33,7 @@ struct Island {
     double cost = 0.0; ///< [-] of a factorisation, level by level from its least body, in sweeps: a product of two bodies' equations
                        ///< counts as the visit of a block. A tower's is a few, that of a heap of 160 bodies hundreds
     double due = 0.0;  ///< [-] the sweep from which on a step is worth that
+    int rounds = 0;    ///< factorisations of the last step
     bool is_served = false;      ///< by steps, of which none was taken back
     bool resists = false;        ///< one was: left to sweeps
     bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last
@@ -47,8 +48,8 @@ double sliding_share(const Blocks& loop, const Island& island);
 class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction is held.
-    /// As many factorisations as it has active sets, at most most_rounds.
-    void step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity);
+    /// Returns the number of factorisations: of active sets, at most most_rounds.
+    int step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity);
 
 private:
     /// An equation of a block: a velocity that is to reach its target.

@@ -83,7 +83,7 @@ void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& 
             filled = 0;
         }
         group_of_[first] = static_cast<int>(used) - 1;
-        filled += size_[first];
+        filled += static_cast<std::size_t>(size_[first]);
     };
     if (jointed >= 0) {
         add_island(static_cast<std::size_t>(jointed));
@@ -194,6 +194,17 @@ void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& 
     source.is_due = false;
     source.given_way = 0.0;
     source.report = {};
+}
+
+/// Of bodies in no group none.
+void ContactGroups::count_sweeps() {
+    std::vector<float> before(group_of_.size());
+    std::swap(before, block_bodies_->swept);
+    for (const ContactGroup& group : groups_) {
+        for (const std::size_t i : group.bodies) {
+            block_bodies_->swept[i] = group.sweeps > 1 ? before[i] + static_cast<float>(group.sweeps) : 0.0f;
+        }
+    }
 }
 
 } // namespace sim

@@ -28,7 +28,7 @@ struct ContactGroup {
     bool is_begun = false;     ///< its contacts are in blocks
     bool is_due = true;        ///< it is to be solved, or solved again
     double given_way = 0.0;    ///< [m] the most that its contacts are asked for less, as no motion gives it
-    bool is_swept_on = false;  ///< one sweep was not enough, in this interval
+    int sweeps = 0;            ///< of its solves
     double settled = 0.0;      ///< [m/s] change that it may leave in any case
     double enough = 0.0;       ///< [m/s] change that ends the sweeps; 0 until the first one of the interval
     ContactSolveReport report; ///< of its last solve
@@ -74,6 +74,12 @@ public:
         share(workers, apart.size(), work_on, 1);
     }
 
+    /// [body_count] See BlockBodies.
+    std::vector<float>& swept() { return block_bodies_->swept; }
+    const std::vector<float>& swept() const { return block_bodies_->swept; }
+    /// Once all are solved.
+    void count_sweeps();
+
     auto begin() { return groups_.begin(); }
     auto end() { return groups_.end(); }
     auto begin() const { return groups_.begin(); }
@@ -94,7 +100,7 @@ private:
     std::vector<int> group_of_;     ///< [body_count] of bodies in contacts or joints that these move; else -1
     // Of form():
     std::vector<int> first_of_;     ///< [body_count] of the body's island; -1: it does not move
-    std::vector<std::size_t> size_; ///< [body_count] pairs of the island of which it is the first
+    std::vector<int> size_;         ///< [body_count] pairs of the island of which it is the first
     std::vector<int> mover_;        ///< [pairs] a body of the pair that moves
 };
 

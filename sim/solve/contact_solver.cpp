@@ -81,7 +81,6 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     to_.move_others(bodies, workers_);
     change_.resize(bodies.props.size());
     guessed_.resize(bodies.props.size());
-    swept_on_.resize(bodies.props.size());
     groups_.form(bodies, pairs, joints, to_.solved, workers_);
 }
 
@@ -96,9 +95,9 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
         guessed_[i] = to_.velocity[i];
     }
     group.enough = 0.0;
-    const bool was_swept_on = std::ranges::any_of(group.bodies, [&](std::size_t i) { return swept_on_[i] != 0; });
-    group.settled = (was_swept_on ? solved_share : 1.0) * std::min(iteration_tolerance_, settled_change);
-    group.is_swept_on = false;
+    const bool was_swept = std::ranges::any_of(group.bodies, [&](std::size_t i) { return groups_.swept()[i] != 0.0f; });
+    group.settled = (was_swept ? solved_share : 1.0) * std::min(iteration_tolerance_, settled_change);
+    group.sweeps = 0;
     group.contacts.loop.may_give_way = may_give_way;
     group.contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_, change_);
     take_uncertain(group);
@@ -188,7 +187,7 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
         }
         converged = converged && (loop.empty() || !group.has_joints || (count > 0 && is_enough(missing)));
     }
-    group.is_swept_on = group.is_swept_on || count > 1;
+    group.sweeps += count;
     if (group.has_joints && !loop.empty()) {
         joints_.solve(to_.velocity);
     }
@@ -272,12 +271,7 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
         const std::span<const Joint> of_group = group.has_joints ? joints : std::span<Joint>{};
         group.contacts.store(pairs, group.pairs, of_group, to_, at_node_);
     });
-    std::ranges::fill(swept_on_, 0);
-    for (const ContactGroup& group : groups_) {
-        for (const std::size_t i : group.bodies) {
-            swept_on_[i] = group.is_swept_on ? 1 : 0;
-        }
-    }
+    groups_.count_sweeps();
     std::vector<int> connected = sets_of_one(at_node_.size());
     std::vector<std::size_t> without_joints; // these have half kicks that hold against those of contacts
     for (const ContactGroup& group : groups_) {

@@ -74,7 +74,7 @@ private:
         archive(solver.at_node_);
         archive(solver.to_.pose);
         archive(solver.joints_.mode());
-        archive(solver.swept_on_);
+        archive(solver.groups_.swept());
         archive(solver.memory_interval_);
     }
 
@@ -99,7 +99,6 @@ private:
     bool converged_ = true;            ///< the last solve
     std::vector<Velocity> change_;     ///< [body_count] by what is uncertain of the guess
     std::vector<Velocity> guessed_;    ///< [body_count] with what is certain of it, of bodies with joints until these are measured
-    std::vector<char> swept_on_;       ///< [body_count] one sweep was not enough for its group, in the last interval
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge
 };
 

@@ -197,6 +197,25 @@ TEST(law_stack, towers_of_boxes_turned_any_way_are_swept_once_a_step) {
     }
 }
 
+/// Of bricks without mortar. What sweeps leave is little, and a factorisation costs as much as many steps' sweeps.
+TEST(law_stack, walls_rest) {
+    for (const auto& [columns, rows, aside] : {std::tuple(8, 8, 0.0), {10, 16, 0.0}, {10, 16, 0.002}, {6, 30, 0.001}}) {
+        sim::SceneDef scene;
+        scene.name = "law";
+        const sim::MaterialDef surface = material(0.0, 0.6);
+        add_plane(scene, Quat::Identity(), surface);
+        const Vec3 half(0.1, 0.05, 0.04);
+        for (int row = 0; row < rows; ++row) {
+            for (int i = 0; i < columns - row % 2; ++i) {
+                const Vec3 place(0.204 * (i + 0.5 * (row % 2)), 0.0, (2 * row + 1) * half.z());
+                const Vec3 off(aside * std::sin(7.0 * i + 3.0 * row), aside * std::cos(5.0 * i + 2.0 * row), 0.0);
+                add_box(scene, half, {place + off, Quat::Identity()}, surface);
+            }
+        }
+        judge_standing(scene, fmt::format("wall of {} rows of {} bricks, {:g} m aside", rows, columns, aside), 1e-5, 4.0);
+    }
+}
+
 /// Each brick over the one below by four fifths of what the whole would fall at. Sweeps come to their end slowly: where that counts as
 /// stalled, and their last changes as small enough, the stack falls.
 TEST(law_stack, bricks_that_lean_stand) {
