@@ -28,7 +28,7 @@ struct ContactGroup {
     bool is_begun = false;     ///< its contacts are in blocks
     bool is_due = true;        ///< it is to be solved, or solved again
     double given_way = 0.0;    ///< [m] the most that its contacts are asked for less, as no motion gives it
-    int sweeps = 0;            ///< of its solves
+    int sweeps = 0;            ///< of all its solves of the interval
     double settled = 0.0;      ///< [m/s] change that it may leave in any case
     double enough = 0.0;       ///< [m/s] change that ends the sweeps; 0 until the first one of the interval
     ContactSolveReport report; ///< of its last solve
