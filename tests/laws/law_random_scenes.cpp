@@ -228,7 +228,7 @@ TEST(law_random_scenes, what_overlaps_parts_no_faster_in_a_short_interval) {
 }
 
 TEST(law_random_scenes, DISABLED_most_of_two_hundred_converge_and_none_gains_energy) {
-    judge(1, 200, 5);
+    judge(1, 200, 2);
 }
 
 } // namespace
