@@ -142,7 +142,7 @@ inline constexpr double stall_share = 1e-4;
 struct BlockBodies {
     std::vector<BodyRows> rows;         ///< of bodies in blocks, as the interval begins
     std::vector<std::uint64_t> colours; ///< bit k: a block of colour k moves it
-    std::vector<float> swept;           ///< [-] sweeps since one was enough for its island, less what steps of Newton's method cost in vain
+    std::vector<float> swept;           ///< [-] sweeps since one was enough for its island, less what Newton's steps cost in vain
     std::vector<int> place;             ///< -1; of an island that is looked at, where the body is among its bodies
 
     /// Writes the rows of these bodies.

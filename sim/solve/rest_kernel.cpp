@@ -114,8 +114,8 @@ struct Rest : Window {
             const Real u_n = twist.normal(x, y);
             set(points[k].ahead, ahead);
             set(points[k].closing, here & ahead & (gap + h * (u_n - (0.5 * h) * fall) <= 0.0));
-            // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown. A feature that
-            // overlaps by more than its pair did is given a step to part by what that is more.
+            // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown. A
+            // feature that overlaps by more than its pair did parts to that within a step.
             const Real kept = max(gap, real(-rules.band));
             const Real begun = min(max(gap, load(block.least_gap)), kept);
             const Real push = max(h * sqrt(max(-(2.0 * rules.weight * begun), zero)), real(rules.tolerance));
