@@ -352,7 +352,7 @@ void Blocks::wake() {
     softness_ = 0.0;
     for (Island& island : islands_) {
         island.is_served = island.resists = false;
-        island.due = island.cost - bodies_->swept[static_cast<std::size_t>(island.bodies.front())];
+        island.due = first_due(island);
         island.is_extrapolated = true;
     }
 }

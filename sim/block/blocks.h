@@ -142,7 +142,7 @@ inline constexpr double stall_share = 1e-4;
 struct BlockBodies {
     std::vector<BodyRows> rows;         ///< of bodies in blocks, as the interval begins
     std::vector<std::uint64_t> colours; ///< bit k: a block of colour k moves it
-    std::vector<float> swept;           ///< [-] sweeps since one was enough for its island, less what Newton's steps cost in vain
+    std::vector<float> swept;           ///< [-] sweeps since one was enough for its island; from a Newton step in vain on, less its cost
     std::vector<int> place;             ///< -1; of an island that is looked at, where the body is among its bodies
 
     /// Writes the rows of these bodies.
@@ -302,6 +302,7 @@ private:
     void visit_again(const BatchSweep& like, double large);
     void find_islands();
     void solve_stalled(std::span<Velocity> velocity, double skip);
+    double first_due(const Island& island) const;
     double largest_change(const Island& island) const;
     template <typename Work>
     void for_each_point(const Island& island, Work&& work) const;

@@ -76,11 +76,16 @@ void Blocks::find_islands() {
     }
     for (Island& island : islands_) {
         island.cost /= static_cast<double>(island.blocks.size());
-        island.due = island.cost - bodies_->swept[static_cast<std::size_t>(island.bodies.front())];
+        island.due = first_due(island);
     }
     for (const int body : own) {
         place[static_cast<std::size_t>(body)] = -1;
     }
+}
+
+/// The sweep of a solve from which on a step of Newton's method is worth what it costs.
+double Blocks::first_due(const Island& island) const {
+    return island.cost - bodies_->swept[static_cast<std::size_t>(island.bodies.front())];
 }
 
 /// Largest change [m/s] by the last sweep in the blocks of an island.

@@ -10,7 +10,7 @@
 namespace sim {
 namespace {
 
-/// Solutions with one factorisation [-]: at most so many, until that share is left of what was missing at first, or one takes
+/// Solutions with one factorisation [-]: at most so many, until `compliance` is left of what was missing at first, or one takes
 /// less than this share of the square of what is missing: rigid bodies cannot do it, and would be loaded without bound.
 constexpr std::size_t refinements = 8;
 constexpr double least_gain = 0.03;

@@ -21,8 +21,8 @@ struct LanePoint;
 
 /// Added to the diagonal of each equation, as a share [-] of the response that its block would have with the island's heaviest
 /// body in place of its lighter one: light bodies do not sink under a heavy one. Solutions with these equations precondition
-/// those without. A tower of n boxes answers a load that bends it by some n^-4 of what a block answers: to as little of that as here
-/// the first solution finds it.
+/// those without. The response of n stacked boxes to what bends them is some n^-4 of a block's: what lies far below this share
+/// solutions hardly find.
 inline constexpr double compliance = 1e-9;
 
 /// Dynamic bodies that contacts connect, and the blocks between them.
