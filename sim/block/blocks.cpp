@@ -135,6 +135,7 @@ void BlockBodies::begin(const Bodies& bodies, std::span<const std::size_t> which
     rows.resize(count);
     colours.resize(count);
     swept.resize(count);
+    wedged.resize(count);
     place.resize(count, -1);
     const auto write = [&](std::size_t first, std::size_t last) {
         for (const std::size_t k : which.subspan(first, last - first)) {
@@ -338,7 +339,7 @@ void Blocks::drop(Block& block, const Bodies& bodies, std::span<Velocity> veloci
     block.count = 0;
 }
 
-void Blocks::wake() {
+void Blocks::wake(int budget) {
     for (BlockBatch& batch : batches) {
         std::fill_n(batch.seen[2].x, lane_count, no_point);
     }
@@ -346,7 +347,9 @@ void Blocks::wake() {
         std::vector<ExtrapolatedPoint>().swap(extrapolated_); // the solve before went without: a heap at rest needs none
     }
     extrapolated_.clear();
+    budget_ = budget;
     sweeps_ = 0;
+    newton_cost_ = 0.0;
     least_change_ = progress_ = std::numeric_limits<double>::infinity();
     stalls_ = false;
     softness_ = 0.0;

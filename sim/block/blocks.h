@@ -143,6 +143,7 @@ struct BlockBodies {
     std::vector<BodyRows> rows;         ///< of bodies in blocks, as the interval begins
     std::vector<std::uint64_t> colours; ///< bit k: a block of colour k moves it
     std::vector<float> swept;           ///< [-] sweeps since one was enough for its island; from a Newton step in vain on, less its cost
+    std::vector<char> wedged;           ///< [bool] in the last step contacts of its group could not part as they were asked to
     std::vector<int> place;             ///< -1; of an island that is looked at, where the body is among its bodies
 
     /// Writes the rows of these bodies.
@@ -236,8 +237,12 @@ public:
     /// [body_count] of the bodies in blocks, as the interval begins.
     std::span<const BodyRows> rows() const { return bodies_->rows; }
 
-    /// Before the first sweep of a solve: all blocks are to be solved again.
-    void wake();
+    /// Before the first sweep of a solve, which may spend so much: all blocks are to be solved again.
+    void wake(int budget = std::numeric_limits<int>::max());
+    /// Sweeps [-] since then.
+    int sweeps() const { return sweeps_; }
+    /// The same; a step of Newton's method counts as the sweeps that it costs.
+    int spent() const { return sweeps_ + static_cast<int>(newton_cost_); }
 
     /// One iteration over all batches; returns the largest velocity change at any point [m/s]. A batch at whose points
     /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. tolerance: see BatchSweep. After
@@ -319,7 +324,9 @@ private:
     std::vector<std::size_t> again_;    ///< memory of visit_again()
     std::vector<StepParts> parts_;      ///< [batches] of the last step
     double change_ = 0.0;               ///< [m/s] by the last sweep
+    int budget_ = 0;                    ///< [-] of spent()
     int sweeps_ = 0;                    ///< since wake()
+    double newton_cost_ = 0.0;          ///< [-] since then, in sweeps
     double least_change_ = 0.0;         ///< [m/s] of the last plain_sweeps, so far
     double progress_ = 0.0;             ///< [m/s] the same of those before
     bool stalls_ = false;

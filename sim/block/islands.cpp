@@ -182,13 +182,18 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
                 bodies_->swept[static_cast<std::size_t>(body)] = static_cast<float>(-island.rounds * island.cost);
             }
         }
-        island.is_served = !island.resists && sweeps_ >= island.due && sliding_share(*this, island) <= most_sliding;
+        const double cost = island.cost * static_cast<double>(island.blocks.size()) / static_cast<double>(blocks.size());
+        const double affordable = (budget_ - spent()) / cost; // factorisations
+        island.is_served = !island.resists && sweeps_ >= island.due && affordable >= 1.0 &&
+                           sliding_share(*this, island) <= most_sliding;
         if (island.is_served) {
             island.is_extrapolated = false;
             island.change = change;
             island.due = sweeps_ + island.cost;
             save(island, velocity);
-            island.rounds = newton_.step(*this, island, *bodies_, velocity);
+            const auto most = static_cast<int>(std::min(affordable, double{most_rounds}));
+            island.rounds = newton_.step(*this, island, *bodies_, velocity, most);
+            newton_cost_ += island.rounds * cost;
         }
         if (island.is_served || is_worse) {
             for (const int i : island.blocks) {

@@ -418,7 +418,7 @@ bool IslandNewton::leave_set(Blocks& loop, const Active& active, std::span<const
     return any;
 }
 
-int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity) {
+int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity, int most) {
     const std::span<const BodyRows> rows = bodies.rows;
     std::vector<int>& place = bodies.place;
     const auto inverse_mass = [&](int body) { return rows[static_cast<std::size_t>(body)].x[0]; };
@@ -426,7 +426,7 @@ int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, 
     double enough = 0.0;
     bool is_left = true; // by points or blocks, the active set
     int round = 0;
-    for (; round < most_rounds && is_left; ++round) {
+    for (; round < most && is_left; ++round) {
         active_.clear();
         rows_.clear();
         for (const int i : island.blocks) {
@@ -443,7 +443,7 @@ int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, 
             enough = compliance * compliance * missing_square();
         }
         find_impulses(loop, place, island, enough);
-        const bool is_last = round + 1 == most_rounds;
+        const bool is_last = round + 1 == most;
         is_left = false;
         for (const Active& active : active_) {
             is_left = (!is_last && leave_set(loop, active, rows, velocity)) || is_left;

@@ -48,8 +48,8 @@ double sliding_share(const Blocks& loop, const Island& island);
 class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction is held.
-    /// Returns the number of factorisations: of active sets, at most most_rounds.
-    int step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity);
+    /// Returns the number of factorisations: of active sets, at most `most`.
+    int step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity, int most);
 
 private:
     /// An equation of a block: a velocity that is to reach its target.

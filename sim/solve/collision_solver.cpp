@@ -175,13 +175,12 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
 }
 
 void CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged) {
-    int count = 0;
     const double skip = skip_share * settings.velocity_tolerance;
     const auto is_enough = [&](double x) {
         return x <= std::max(settings.velocity_tolerance, loop_.let_pass() * settings.tolerance / settings.time_step.value());
     };
     loop_.may_give_way = may_give_way;
-    loop_.wake();
+    loop_.wake(settings.iteration_limit);
     constexpr double infinity = std::numeric_limits<double>::infinity();
     double change = infinity; // [m/s] by the last sweep
     double missing = 0.0;     // [m/s] of the joints, before its visits
@@ -189,13 +188,13 @@ void CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSetting
     if (!joints_.empty()) {
         close_joints = [&] { missing = joints_.solve(velocity); };
     }
-    for (converged = false; count < settings.iteration_limit && !converged; ++count) {
+    for (converged = false; loop_.spent() < settings.iteration_limit && !converged;) {
         change = loop_.sweep(velocity, skip, settings.velocity_tolerance, infinity, close_joints);
-        converged = is_enough(change) && (joints_.empty() || (count > 0 && is_enough(missing)));
+        converged = is_enough(change) && (joints_.empty() || (loop_.sweeps() > 1 && is_enough(missing)));
     }
     converged = converged && !loop_.gives_way();
     joints_.solve(velocity);
-    sweeps_ += count;
+    sweeps_ += loop_.spent();
 }
 
 /// Work [J] that kinematic bodies do by the impulses since this was last asked.

@@ -26,6 +26,7 @@ void ContactGroups::begin_group(std::size_t index) {
     group.bodies.clear();
     group.has_joints = false;
     group.is_begun = false;
+    group.is_wedged = false;
     group.is_due = true;
     group.given_way = 0.0;
 }
@@ -182,6 +183,7 @@ void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& 
     }
     target.contacts.add(bodies, pairs, moved, {}, to);
     target.is_due = true;
+    target.is_wedged = target.is_wedged || source.is_wedged;
     target.given_way = std::max(target.given_way, source.given_way);
     target.pairs.insert(target.pairs.end(), source.pairs.begin(), source.pairs.end());
     target.bodies.insert(target.bodies.end(), source.bodies.begin(), source.bodies.end());
@@ -200,8 +202,10 @@ void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& 
 void ContactGroups::count_sweeps() {
     std::vector<float> before(group_of_.size());
     std::swap(before, block_bodies_->swept);
+    block_bodies_->wedged.assign(before.size(), false);
     for (const ContactGroup& group : groups_) {
         for (const std::size_t i : group.bodies) {
+            block_bodies_->wedged[i] = group.is_wedged;
             block_bodies_->swept[i] = group.sweeps > 1 ? before[i] + static_cast<float>(group.sweeps) : 0.0f;
         }
     }

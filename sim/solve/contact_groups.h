@@ -26,6 +26,7 @@ struct ContactGroup {
     std::vector<std::size_t> changed; ///< of them, those that the uncertain share of the guess moves
     bool has_joints = false;   ///< all joints are in one group
     bool is_begun = false;     ///< its contacts are in blocks
+    bool is_wedged = false;    ///< loaded contacts could not part as they were asked to
     bool is_due = true;        ///< it is to be solved, or solved again
     double given_way = 0.0;    ///< [m] the most that its contacts are asked for less, as no motion gives it
     int sweeps = 0;            ///< of all its solves of the interval
@@ -77,6 +78,8 @@ public:
     /// [body_count] See BlockBodies.
     std::vector<float>& swept() { return block_bodies_->swept; }
     const std::vector<float>& swept() const { return block_bodies_->swept; }
+    std::vector<char>& wedged() { return block_bodies_->wedged; }
+    const std::vector<char>& wedged() const { return block_bodies_->wedged; }
     /// Once all are solved.
     void count_sweeps();
 

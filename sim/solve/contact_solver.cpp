@@ -89,6 +89,8 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
 /// nothing. Nor does the rest of the guess where joints hold against it, or their motors: alone, either turns a light body as far,
 /// and what is missed there of gaps and slips, with the square of it, no motion gives that the joints have. Sweeps then come to no
 /// end, but push contacts and joints ever harder against each other. Joints and contacts are measured before any impulse.
+/// Of what could not part in the last step half is the guess: impulses that hold against each other move nothing, would be handed
+/// from step to step, and what each adds to them would grow until it does work.
 void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, ContactGroup& group) {
     for (const std::size_t i : group.bodies) {
         change_[i] = {};
@@ -99,7 +101,9 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
     group.settled = (was_swept ? solved_share : 1.0) * std::min(iteration_tolerance_, settled_change);
     group.sweeps = 0;
     group.contacts.loop.may_give_way = may_give_way;
-    group.contacts.begin(bodies, pairs, group.pairs, settings_, rules_, to_, change_);
+    RestRules rules = rules_;
+    rules.is_halved = std::ranges::any_of(group.bodies, [&](std::size_t i) { return groups_.wedged()[i]; });
+    group.contacts.begin(bodies, pairs, group.pairs, settings_, rules, to_, change_);
     take_uncertain(group);
     if (group.has_joints) {
         for (const std::size_t i : group.bodies) {
@@ -158,11 +162,10 @@ double ContactSolver::part_of(double tolerance) const {
 }
 
 /// Sweeps over joints and contacts (projected Gauss-Seidel) until neither changes by more than what is enough; the joints are closed
-/// then. Returns their number.
+/// then. Returns what that has cost, in sweeps.
 int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
     Blocks& loop = group.contacts.loop;
     const double tolerance = iteration_tolerance_;
-    int count = 0;
     const auto is_enough = [&](double change) {
         return change <= std::max(group.enough, loop.let_pass() * settings_.tolerance / rules_.h);
     };
@@ -173,8 +176,8 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
     if (group.has_joints) {
         close_joints = [&] { missing = joints_.solve(to_.velocity); };
     }
-    loop.wake();
-    for (converged = false; count < budget && !converged; ++count) {
+    loop.wake(budget);
+    for (converged = false; loop.spent() < budget && !converged;) {
         const double skip = skip_share * std::min(tolerance, last);
         last = loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h, close_joints);
         if (group.enough == 0.0) {
@@ -183,15 +186,15 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
         converged = is_enough(last);
         // A row that is wedged between two walls cannot leave both: asked to, it would push harder in every sweep.
         if (loop.stalls() && !converged && !std::exchange(is_held, true)) {
-            group.contacts.hold_overlaps();
+            group.is_wedged = group.contacts.hold_overlaps(left_share * group.enough) > 0.0 || group.is_wedged;
         }
-        converged = converged && (loop.empty() || !group.has_joints || (count > 0 && is_enough(missing)));
+        converged = converged && (loop.empty() || !group.has_joints || (loop.sweeps() > 1 && is_enough(missing)));
     }
-    group.sweeps += count;
+    group.sweeps += loop.sweeps();
     if (group.has_joints && !loop.empty()) {
         joints_.solve(to_.velocity);
     }
-    return count;
+    return loop.spent();
 }
 
 ContactSolveReport ContactSolver::solve(const Bodies& bodies, const std::vector<PairContacts>& pairs,

@@ -48,6 +48,7 @@ struct RestRules {
     double gravity[3] = {0.0, 0.0, 0.0};
     double weight = 0.0; ///< [m/s^2] its size
     bool warm_start = true;
+    bool is_halved = false; ///< the guess: what overlaps could not part in the last step
     bool is_stretched = false; ///< the last solve did not converge, or its interval was shorter
 };
 
@@ -58,7 +59,7 @@ enum class RestPhase {
     uncertain_work, ///< its work against what the others lead to
     impulse_work,   ///< work of all impulses on the bodies
     scale,          ///< keeps a part of it
-    hold_overlaps,  ///< what overlaps is asked to part to the tolerance only
+    hold_overlaps,  ///< what overlaps is asked to part to the tolerance only, and slowly
     give_way,       ///< what softness leaves missing of the gaps is asked for no more; the most of it [m]
     measure, ///< gaps and slips at the predicted poses -> the targets of the velocities; the largest error of a gap [m]; which blocks
              ///< impacts load, and which pass them on
@@ -79,6 +80,7 @@ struct RestWork {
     double* at_node = nullptr;         ///< to store: velocities at t0, which get what acts before it
     double* sums = nullptr;            ///< [batch_count] of the two kinds of work [J]; else null
     double kept = 1.0;                 ///< [-] part of it that `scale` keeps
+    double pace = 0.0;                 ///< [m/s] for `hold_overlaps`
     double softness = 0.0;             ///< [-] for `give_way`
     /// The rows of the ContactMemory of point k in lane l at [lane_count * k + l], of one batch; to start and to store.
     double* const* memory = nullptr;

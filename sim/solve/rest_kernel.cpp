@@ -124,7 +124,7 @@ struct Rest : Window {
             const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
             force += stretch * memory.force_share * memory.p_n;
             const Mask warm = rules.warm_start ? loaded : nowhere();
-            const Real started = select(warm, stretch, zero);
+            const Real started = select(warm, rules.is_halved ? 0.5 * stretch : stretch, zero);
             const Real p_n = started * memory.p_n;
             store(points[k].p_n, p_n);
             store(points[k].p_t[0], started * dot(memory.p_t, f.t1));
@@ -206,20 +206,26 @@ struct Rest : Window {
         }
     }
 
-    /// What overlaps is asked to part no further than to the tolerance; within it, it stays as it is.
-    LANES_INLINE void hold_overlaps() const {
+    /// What overlaps is asked to part no further than to the tolerance. Within it, it stays as it is, or, where it is nearer to the
+    /// tolerance than to the band, parts at the pace given. Returns the most [m] that loaded contacts are asked for less.
+    LANES_INLINE Real hold_overlaps() const {
         const double per_h = 1.0 / rules.h;
+        const Real halfway = real(-0.5 * (rules.band + rules.tolerance));
+        Real most = real(0.0);
         Mask held = nowhere();
         for (int k = 0; k < batch.count; ++k) {
             const Real asked = load(rest[k].gap_target);
-            const Real left = min(asked, max(load(points[k].gap), real(-rules.tolerance)));
+            const Real gap = load(points[k].gap);
+            const Real left = min(asked, max(min(gap + rules.h * work.pace, max(gap, halfway)), real(-rules.tolerance)));
             const Mask changes = lanes_of(points[k].there) & (left < asked);
             const Real target = load(points[k].u_n_target);
             store(points[k].u_n_target, select(changes, target + (left - asked) * per_h, target));
             store(rest[k].gap_target, left);
             held |= changes;
+            most = max(most, select(changes & (load(points[k].p_n) > 0.0), asked - left, real(0.0)));
         }
         store(batch.seen[2], select(held, real(no_point), load(batch.seen[2])));
+        return most;
     }
 
     /// Of the gaps is asked no more what the bodies miss by the softness of their impulses. Returns the most of it [m] in each lane.
@@ -431,7 +437,7 @@ LANES_INLINE Real work_on_lanes(const Rest& lanes, double& sum) {
         }
         break;
     case RestPhase::hold_overlaps:
-        lanes.hold_overlaps();
+        worst = lanes.hold_overlaps();
         break;
     case RestPhase::give_way:
         worst = lanes.give_way();

@@ -283,8 +283,14 @@ double RestingContacts::impulse_work(std::span<Velocity> velocity) {
     return sum(RestPhase::impulse_work, before_, velocity);
 }
 
-void RestingContacts::hold_overlaps() {
-    loop.share_batches([&](std::size_t first, std::size_t last) { work(RestPhase::hold_overlaps, first, last, {}); });
+double RestingContacts::hold_overlaps(double pace) {
+    std::atomic<double> most = 0.0;
+    loop.share_batches([&](std::size_t first, std::size_t last) {
+        RestWork work = work_of(RestPhase::hold_overlaps, first, last, {});
+        work.pace = pace;
+        raise_to(most, work_on_rest(work));
+    });
+    return most;
 }
 
 double RestingContacts::give_way(std::span<Velocity> velocity) {

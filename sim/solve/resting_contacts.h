@@ -41,8 +41,8 @@ public:
     /// Keeps so much [-] of that share.
     void scale_uncertain(double kept);
 
-    /// What overlaps is asked to part to the tolerance only.
-    void hold_overlaps();
+    /// What overlaps is asked to part to the tolerance only; within it, where there is little room left, at a pace [m/s].
+    double hold_overlaps(double pace);
     /// After the sweeps: what impulses that give way leave missing is asked for no more. Returns the most of it [m].
     double give_way(std::span<Velocity> velocity);
 
