@@ -143,7 +143,7 @@ struct BlockBodies {
     std::vector<BodyRows> rows;         ///< of bodies in blocks, as the interval begins
     std::vector<std::uint64_t> colours; ///< bit k: a block of colour k moves it
     std::vector<float> swept;           ///< [-] sweeps since one was enough for its island; from a Newton step in vain on, less its cost
-    std::vector<char> wedged;           ///< [bool] in the last step contacts of its group could not part as they were asked to
+    std::vector<char> wedged;           ///< [bool] in the last interval loaded contacts of its group could not part as asked
     std::vector<int> place;             ///< -1; of an island that is looked at, where the body is among its bodies
 
     /// Writes the rows of these bodies.

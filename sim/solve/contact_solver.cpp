@@ -17,7 +17,7 @@ namespace {
 /// Share [-] of the tolerance that each of these may leave: a change that ends the sweeps (over h; or the velocity tolerance,
 /// whichever is smaller; more than it over h is visited again where sweeps go on); the gap errors of one linear solve before it
 /// is repeated at the predicted poses; and a gap as it is, for closing it would need a velocity, which the next step has to take
-/// away again, and no tower rests on such.
+/// away again, and no tower rests on such. And of what ends the sweeps, what overlaps that cannot part are asked for.
 constexpr double left_share = 0.5;
 
 /// Share [-] of the impulses at t0 that acts before it, when the velocities were last exact `last_interval`
@@ -89,7 +89,7 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
 /// nothing. Nor does the rest of the guess where joints hold against it, or their motors: alone, either turns a light body as far,
 /// and what is missed there of gaps and slips, with the square of it, no motion gives that the joints have. Sweeps then come to no
 /// end, but push contacts and joints ever harder against each other. Joints and contacts are measured before any impulse.
-/// Of what could not part in the last step half is the guess: impulses that hold against each other move nothing, would be handed
+/// Of what could not part in the last interval half is the guess: impulses that hold against each other move nothing, would be handed
 /// from step to step, and what each adds to them would grow until it does work.
 void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, ContactGroup& group) {
     for (const std::size_t i : group.bodies) {

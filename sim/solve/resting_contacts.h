@@ -41,7 +41,8 @@ public:
     /// Keeps so much [-] of that share.
     void scale_uncertain(double kept);
 
-    /// What overlaps is asked to part to the tolerance only; within it, where there is little room left, at a pace [m/s].
+    /// What overlaps is asked to part to the tolerance only; within it, where there is little room left, at a pace [m/s]. Returns the
+    /// most [m] that loaded contacts are asked for less.
     double hold_overlaps(double pace);
     /// After the sweeps: what impulses that give way leave missing is asked for no more. Returns the most of it [m].
     double give_way(std::span<Velocity> velocity);
