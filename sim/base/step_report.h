@@ -33,8 +33,8 @@ struct StepReport {
     int collision_passes = 0;
     int contacts = 0;                  ///< contact points in the resting solve
     int joints = 0;
-    int collision_iterations = 0;      ///< sweeps over the collisions
-    int contact_iterations = 0;        ///< sweeps over the resting contacts; a step of Newton's method counts as those that it costs
+    int collision_iterations = 0;      ///< sweeps over the collisions; a step of Newton's method counts as those that it costs
+    int contact_iterations = 0;        ///< the same over the resting contacts
     int impacts_stopped_at = 0;        ///< times of impact at which the step was divided
     int divisions = 0;                 ///< times the step was halved because it did not converge
     double interval = 0.0;             ///< [s] into which the step was divided, root mean square over its time

@@ -19,7 +19,7 @@ struct Pass {
 struct CollisionReport {
     int collisions = 0; ///< contacts resolved, over all passes
     int passes = 0;
-    int iterations = 0;          ///< sweeps
+    int iterations = 0;          ///< sweeps, and what Newton's steps cost
     double energy_removed = 0.0; ///< [J] that Newton's law with friction would have added
     double drive_work = 0.0; ///< [J] that kinematic bodies did
     /// The last pass converged, and no contact is left that collides. What an earlier pass left undone the next one mends.

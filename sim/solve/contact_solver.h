@@ -31,7 +31,7 @@ public:
     bool may_give_way = false; ///< see Blocks::softness()
 
     /// Iterates until the predicted gaps are closed, in the groups where contacts have been added or dropped since. Fills
-    /// velocity() and predicted(). iterations: the most of a group.
+    /// velocity() and predicted(). iterations: see StepReport, the most of a group.
     ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints);
 
     /// Stores impulses and marks in the memory of pairs and joints. Returns bodies that loads connect, each by the first of them

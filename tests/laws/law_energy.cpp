@@ -133,7 +133,7 @@ TEST(law_energy, a_step_whose_work_is_spent_is_made_good) {
 
 /// Four cubes in a row between the edges of two plates that slope, a beam of many times their weight on them: a toggle, tilted less
 /// than friction holds, and longer than its room by what may overlap. Asked to part, it pushes against the plates ever harder, from
-/// step to step, and what holds against it then does work. It slips through.
+/// step to step, and what holds against it then does work.
 TEST(law_energy, a_row_wedged_between_plates_gains_nothing) {
     struct Case {
         double overlap;   ///< [m] of each contact

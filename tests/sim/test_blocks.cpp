@@ -393,7 +393,7 @@ TEST(blocks, sweep_passes_over_what_has_settled_until_loaded_again) {
     EXPECT_NEAR(sweep(), 1.0, block_rounding);
 }
 
-/// A column of thirty balls that falls: sweeps alone need hundreds. A factorisation costs four.
+/// A column of thirty balls that falls. A factorisation costs four sweeps.
 TEST(blocks, a_step_of_newtons_method_counts_as_sweeps_and_is_taken_where_they_are_left) {
     for (const int budget : {100, 16}) {
         Bodies bodies;
