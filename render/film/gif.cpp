@@ -56,9 +56,10 @@ public:
             if (widest->spread == 0.0) {
                 break;
             }
-            const std::size_t middle = split(*widest);
-            boxes.push_back(measured(middle, widest->last));
-            *widest = measured(widest->first, middle);
+            const ColorBox whole = *widest;
+            const std::size_t middle = split(whole);
+            *widest = measured(whole.first, middle);
+            boxes.push_back(measured(middle, whole.last));
         }
         for (const ColorBox& box : boxes) {
             colors_.push_back(mean(box));

@@ -37,6 +37,9 @@ angular_velocity = [1, 2, 3]
 )";
 inline constexpr int frame_count = 8;
 
+/// Is the program built with sanitizers? It is slow then, and their own memory is beyond any limit.
+inline constexpr bool has_sanitizer = TUMBLE_SANITIZED;
+
 struct Outcome {
     int code = -1;
     std::string out;

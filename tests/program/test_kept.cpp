@@ -33,7 +33,8 @@ protected:
         if (!fs::exists(folder / list)) {
             return;
         }
-        for (const nlohmann::json& file : nlohmann::json::parse(bytes(list))["files"]) {
+        const nlohmann::json report = nlohmann::json::parse(bytes(list));
+        for (const nlohmann::json& file : report["files"]) {
             const fs::path name = fs::path(list).parent_path() / std::string(file["name"]);
             ASSERT_TRUE(fs::exists(folder / name)) << list << " names " << name << " after " << after;
             ASSERT_EQ(sim::sha256_of_file(folder / name), file["sha256"]) << name << " after " << after;

@@ -115,6 +115,9 @@ friction = 0.3
 }
 
 TEST_F(promises, under_every_limit_of_addresses_a_run_works_or_says_in_one_sentence_why_not) {
+    if (test::has_sanitizer) {
+        GTEST_SKIP();
+    }
     for (const std::string command : {"simulate block.toml", "run block.toml --duration 0.1 --size 64x36"}) {
         bool has_failed = false, has_worked = false;
         for (int megabytes = 30; megabytes <= 1400; megabytes += megabytes < 100 ? 7 : 90) {
