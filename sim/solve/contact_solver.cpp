@@ -293,6 +293,41 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
     return connected;
 }
 
+void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+    for (const ContactGroup& group : groups_) {
+        bool stands = false; // what it bears on
+        bool moves = false;
+        for (const int pair : group.pairs) {
+            const Manifold& manifold = pairs[static_cast<std::size_t>(pair)].manifold;
+            for (const int body : {manifold.body_a, manifold.body_b}) {
+                const auto i = static_cast<std::size_t>(body);
+                const bool is_at_rest = bodies.velocity[i].v.isZero(0.0) && bodies.velocity[i].w.isZero(0.0);
+                (is_at_rest ? stands : moves) |= bodies.props[i].is_static();
+            }
+        }
+        if (group.has_joints || !stands || moves) {
+            continue;
+        }
+        const auto energy = [&](std::span<const Velocity> velocity) {
+            double sum = 0.0; // [J]
+            for (const std::size_t i : group.bodies) {
+                sum += kinetic_energy(bodies.props[i], bodies.pose[i].orientation, velocity[i]);
+            }
+            return sum;
+        };
+        const double before = energy(bodies.velocity);
+        const double after = energy(to_.velocity);
+        const double share = after > before ? std::sqrt(before / after) : 1.0;
+        const bool is_told_more = energy(at_node_) > before;
+        for (const std::size_t i : group.bodies) {
+            to_.velocity[i].v *= share;
+            to_.velocity[i].w *= share;
+            at_node_[i] = is_told_more ? to_.velocity[i] : at_node_[i];
+        }
+        to_.update(bodies, group.bodies, workers_);
+    }
+}
+
 double ContactSolver::given_way() const {
     return std::ranges::max_element(groups_, {}, &ContactGroup::given_way)->given_way;
 }

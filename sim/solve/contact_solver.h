@@ -38,6 +38,11 @@ public:
     /// [body_count].
     std::vector<int> store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<Joint> joints);
 
+    /// The same for a plan that falls short, once its impulses are stored: they may be anything, but give no energy. Bodies that they
+    /// make faster as a whole become as slow as they were, so gaps stay between what they are and what they would become. Not where
+    /// joints hold, whose springs and motors give some, or what they bear on moves; and something has to bear them: their momentum goes.
+    void slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+
     /// Once the impulses are stored: what kinematic bodies and motors do by them.
     DriveWork drive_work(const Bodies& bodies);
 

@@ -32,6 +32,7 @@ void WorldState::plan(StepReport& report) {
     }
     const double whole = interval;
     int division = 0;
+    bool falls_short = false;
     while (true) {
         stopped_at_impact = false;
         bool good = plan_interval(report);
@@ -47,6 +48,7 @@ void WorldState::plan(StepReport& report) {
             interval *= 0.5;
         } else if (bodies.kinematic.empty() || std::exchange(contact_solver.may_give_way, true)) {
             fall_short(report, contact_solver.least_settled());
+            falls_short = true;
             break;
         } else { // no motion gives what hands ask for: one solve more
             division = 0;
@@ -62,6 +64,9 @@ void WorldState::plan(StepReport& report) {
         ++report.impacts_stopped_at;
     }
     connected = contact_solver.store_impulses(bodies, search.pairs, joints);
+    if (falls_short) {
+        contact_solver.slow_down(bodies, search.pairs);
+    }
     joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
     if (has_drives) {
         energy.plan_work(contact_solver.drive_work(bodies));

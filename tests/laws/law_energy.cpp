@@ -100,9 +100,9 @@ TEST(law_energy, too_few_sweeps_throw_nothing) {
         });
         const std::string name = fmt::format("funnel at 1/{} s, {} sweeps", per_second, limit);
         record({name, "fastest cube in 1.8 s, the fall gives 18 [m/s]", 1.0 / per_second, fastest, 25.0});
-        record({name, "gain of energy in 1.8 s [-]", 1.0 / per_second, gain, 0.05});
+        record({name, "gain of energy in 1.8 s [-]", 1.0 / per_second, gain, largest_gain});
         EXPECT_LT(fastest, 25.0) << name;
-        EXPECT_LT(gain, 0.05) << name;
+        EXPECT_LE(gain, largest_gain) << name;
     }
 }
 
@@ -132,22 +132,20 @@ TEST(law_energy, a_step_whose_work_is_spent_is_made_good) {
 }
 
 /// Four cubes in a row between the edges of two plates that slope, a beam of many times their weight on them: a toggle, tilted less
-/// than friction holds, and longer than its room by what may overlap. Asked to part, it pushes against the plates ever harder, from
-/// step to step, and what holds against it then does work.
-TEST(law_energy, a_row_wedged_between_plates_gains_nothing) {
-    struct Case {
-        double overlap;   ///< [m] of each contact
-        double tilt;      ///< [rad]
-        double density;   ///< [kg/m^3] of the beam
-        double tolerance; ///< [m/s]
-    };
-    for (const auto& [overlap, tilt, density, tolerance] : {Case{8e-5, 0.0144, 1e5, 0.05}, Case{8e-5, 0.0144, 1e6, 0.05},
-                                                            Case{9e-5, 0.03, 3e5, 0.05}, Case{9e-5, 0.01, 1e6, 1e-3}}) {
+/// than friction holds, and longer than its room by what may overlap.
+struct WedgedRow {
+    double overlap;   ///< [m] of each contact
+    double tilt;      ///< [rad]
+    double density;   ///< [kg/m^3] of the beam
+    double friction;  ///< [-]
+    double tolerance; ///< [m/s]
+
+    sim::SceneDef scene() const {
         sim::SceneDef scene;
         scene.step.tolerance = 1e-4;
         scene.step.velocity_tolerance = tolerance;
         scene.step.iteration_limit = 200;
-        const sim::MaterialDef surface = material(0.48, 0.1);
+        const sim::MaterialDef surface = material(0.48, friction);
         const auto turned = [](double angle) { return Quat(Eigen::AngleAxisd(angle, Vec3::UnitY())); };
         const double room = (4.0 - 5.0 * overlap) / std::cos(tilt);
         const double slope = 0.72; // [rad]
@@ -162,19 +160,44 @@ TEST(law_energy, a_row_wedged_between_plates_gains_nothing) {
             add_box(scene, Vec3::Constant(0.5), {place, turned(tilt)}, surface);
         }
         add_box(scene, Vec3(2.0, 0.5, 0.5), {Vec3(0.0, 0.0, 1.08), Quat::Identity()}, surface, density);
-        sim::World world(scene);
+        return scene;
+    }
+
+    /// What it gains at most in 0.3 s [-], as much as the goal if all is well, and how many of the 300 steps do not converge.
+    std::pair<double, int> outcome(double goal) const {
+        const sim::SceneDef def = scene();
+        sim::World world(def);
         double gain = 0.0;
         int unconverged = 0;
-        run(world, scene, 0.3, [&](const sim::Snapshot&, const sim::StepReport& report) {
+        run(world, def, 0.3, [&](const sim::Snapshot&, const sim::StepReport& report) {
             gain = std::max(gain, report.energy_gain);
             unconverged += report.at_iteration_limit ? 1 : 0;
             return true;
         });
         const std::string name = fmt::format("row of 4, {} m too long each, tilted by {}, {} kg/m^3", overlap, tilt, density);
-        record({name, "gain of energy in 0.3 s [-]", 1e-3, gain, largest_gain});
-        record({name, "steps not converged, of 300", 1e-3, static_cast<double>(unconverged), 2.0});
-        EXPECT_LE(gain, largest_gain) << name;
-        EXPECT_LE(unconverged, 2) << name;
+        record({name, "gain of energy in 0.3 s [-]", 1e-3, gain, goal});
+        record({name, "steps not converged, of 300", 1e-3, static_cast<double>(unconverged), no_value});
+        return {gain, unconverged};
+    }
+};
+
+/// Asked to part, it pushes against the plates ever harder, from step to step, and what holds against it then does work.
+TEST(law_energy, a_row_wedged_between_plates_gains_nothing) {
+    for (const WedgedRow& row : {WedgedRow{8e-5, 0.0144, 1e5, 0.1, 0.05}, WedgedRow{8e-5, 0.0144, 1e6, 0.1, 0.05},
+                                 WedgedRow{9e-5, 0.03, 3e5, 0.1, 0.05}, WedgedRow{9e-5, 0.01, 1e6, 0.1, 1e-3}}) {
+        const auto [gain, unconverged] = row.outcome(largest_gain);
+        EXPECT_LE(gain, largest_gain);
+        EXPECT_LE(unconverged, 2);
+    }
+}
+
+/// Nor is anything thrown where steps come to no end, and leave overlaps: no more is gained than what pushes these apart gives.
+TEST(law_energy, what_does_not_converge_throws_nothing) {
+    for (const WedgedRow& row : {WedgedRow{9.35e-5, 0.0165, 4e4, 0.3, 0.05}, WedgedRow{9.5e-5, 0.029, 1.7e4, 0.05, 0.05},
+                                 WedgedRow{9.33e-5, 0.0262, 2.5e4, 0.3, 0.05}, WedgedRow{9.18e-5, 0.00823, 1.6e4, 0.1, 0.05}}) {
+        const auto [gain, unconverged] = row.outcome(0.01);
+        EXPECT_LE(gain, 0.01);
+        EXPECT_GT(unconverged, 0);
     }
 }
 
@@ -222,10 +245,10 @@ TEST(law_energy, DISABLED_a_jam_in_long_steps_gains_none) {
             gain = std::max(gain, report.energy_gain);
             overlap = std::max(overlap, report.max_penetration);
         }
-        record({fmt::format("funnel at 1/125 s, seed {}", seed), "energy gained in a step [-]", 1.0 / 125, gain, 0.01});
-        record({fmt::format("funnel at 1/125 s, seed {}", seed), "overlap [m]", 1.0 / 125, overlap, 0.25});
-        EXPECT_LT(gain, 0.01) << seed;
-        EXPECT_LT(overlap, 0.25) << seed;
+        record({fmt::format("funnel at 1/125 s, seed {}", seed), "energy gained in a step [-]", 1.0 / 125, gain, largest_gain});
+        record({fmt::format("funnel at 1/125 s, seed {}", seed), "overlap [m]", 1.0 / 125, overlap, 0.1});
+        EXPECT_LE(gain, largest_gain) << seed;
+        EXPECT_LT(overlap, 0.1) << seed;
     }
 }
 
