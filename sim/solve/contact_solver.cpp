@@ -265,34 +265,9 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     report.converged = report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
 }
 
-std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs,
-                                               std::span<Joint> joints) {
-    memory_interval_ = converged_ ? rules_.h : 0.0;
-    at_node_ = bodies.velocity;
-    const auto has_pairs = [](const ContactGroup& group) { return !group.pairs.empty(); };
-    groups_.for_each(workers_, has_pairs, [&](ContactGroup& group) {
-        const std::span<const Joint> of_group = group.has_joints ? joints : std::span<Joint>{};
-        group.contacts.store(pairs, group.pairs, of_group, to_, at_node_);
-    });
-    groups_.count_sweeps();
-    std::vector<int> connected = sets_of_one(at_node_.size());
-    std::vector<std::size_t> without_joints; // these have half kicks that hold against those of contacts
-    for (const ContactGroup& group : groups_) {
-        group.contacts.unite_loaded(connected);
-        if (!group.has_joints) {
-            without_joints.insert(without_joints.end(), group.bodies.begin(), group.bodies.end());
-        }
-    }
-    find_firsts(connected);
-    cut_half_kicks(bodies, without_joints, connected, to_.velocity, at_node_);
-    joints_.store(joints, joint_weight_);
-    joints_.add_before(joint_weight_, at_node_);
-    for (Joint& joint : joints) {
-        joint.memory.last_interval = rules_.h;
-    }
-    return connected;
-}
-
+/// Impulses that do not converge may be anything, but give no energy: bodies that they make faster as a whole become as slow as they
+/// were, so gaps stay between what they are and what they would become. Something that stands has to bear them: their momentum
+/// goes. Not where what bears them moves, or joints hold, whose springs and motors give energy.
 void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
     for (const ContactGroup& group : groups_) {
         bool stands = false; // what it bears on
@@ -317,15 +292,47 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
         };
         const double before = energy(bodies.velocity);
         const double after = energy(to_.velocity);
-        const double share = after > before ? std::sqrt(before / after) : 1.0;
-        const bool is_told_more = energy(at_node_) > before;
+        if (after <= before) {
+            continue;
+        }
+        const double share = std::sqrt(before / after);
         for (const std::size_t i : group.bodies) {
             to_.velocity[i].v *= share;
             to_.velocity[i].w *= share;
-            at_node_[i] = is_told_more ? to_.velocity[i] : at_node_[i];
         }
         to_.update(bodies, group.bodies, workers_);
     }
+}
+
+std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs,
+                                               std::span<Joint> joints, bool falls_short) {
+    memory_interval_ = converged_ ? rules_.h : 0.0;
+    at_node_ = bodies.velocity;
+    const auto has_pairs = [](const ContactGroup& group) { return !group.pairs.empty(); };
+    groups_.for_each(workers_, has_pairs, [&](ContactGroup& group) {
+        const std::span<const Joint> of_group = group.has_joints ? joints : std::span<Joint>{};
+        group.contacts.store(pairs, group.pairs, of_group, to_, at_node_);
+    });
+    groups_.count_sweeps();
+    if (falls_short) {
+        slow_down(bodies, pairs);
+    }
+    std::vector<int> connected = sets_of_one(at_node_.size());
+    std::vector<std::size_t> without_joints; // these have half kicks that hold against those of contacts
+    for (const ContactGroup& group : groups_) {
+        group.contacts.unite_loaded(connected);
+        if (!group.has_joints) {
+            without_joints.insert(without_joints.end(), group.bodies.begin(), group.bodies.end());
+        }
+    }
+    find_firsts(connected);
+    cut_half_kicks(bodies, without_joints, connected, to_.velocity, at_node_);
+    joints_.store(joints, joint_weight_);
+    joints_.add_before(joint_weight_, at_node_);
+    for (Joint& joint : joints) {
+        joint.memory.last_interval = rules_.h;
+    }
+    return connected;
 }
 
 double ContactSolver::given_way() const {

@@ -34,14 +34,10 @@ public:
     /// velocity() and predicted(). iterations: see StepReport, the most of a group.
     ContactSolveReport solve(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints);
 
-    /// Stores impulses and marks in the memory of pairs and joints. Returns bodies that loads connect, each by the first of them
-    /// [body_count].
-    std::vector<int> store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<Joint> joints);
-
-    /// The same for a plan that falls short, once its impulses are stored: they may be anything, but give no energy. Bodies that they
-    /// make faster as a whole become as slow as they were, so gaps stay between what they are and what they would become. Not where
-    /// joints hold, whose springs and motors give some, or what they bear on moves; and something has to bear them: their momentum goes.
-    void slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs);
+    /// Stores impulses and marks in the memory of pairs and joints; where the plan falls short, they may make bodies no faster.
+    /// Returns bodies that loads connect, each by the first of them [body_count].
+    std::vector<int> store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<Joint> joints,
+                                    bool falls_short = false);
 
     /// Once the impulses are stored: what kinematic bodies and motors do by them.
     DriveWork drive_work(const Bodies& bodies);
@@ -91,6 +87,7 @@ private:
     void take_uncertain(ContactGroup& group);
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
     int iterate(ContactGroup& group, int budget, bool& converged);
+    void slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
 
     StepSettings settings_;

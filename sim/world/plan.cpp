@@ -63,10 +63,7 @@ void WorldState::plan(StepReport& report) {
     if (stopped_at_impact) {
         ++report.impacts_stopped_at;
     }
-    connected = contact_solver.store_impulses(bodies, search.pairs, joints);
-    if (falls_short) {
-        contact_solver.slow_down(bodies, search.pairs);
-    }
+    connected = contact_solver.store_impulses(bodies, search.pairs, joints, falls_short);
     joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
     if (has_drives) {
         energy.plan_work(contact_solver.drive_work(bodies));
