@@ -1,5 +1,5 @@
-/// The films of hulls, boxes and cylinders as they are: in each step that is looked at and not reported, no overlap
-/// beyond the scene's tolerance but what a reported one left, which parts; by a check that shares no code with sim/.
+/// The films as they are: in each step that is looked at and not reported, no overlap beyond the scene's tolerance but what a
+/// reported one left, which parts; by a check that shares no code with sim/. None gains energy.
 #include "sim/scene/file.h"
 #include "tests/laws/law_scene.h"
 
@@ -21,12 +21,13 @@ bool judge_film(const std::string& film, int every, std::optional<double> shorte
     const sim::SceneDef scene = sim::load_scene(std::filesystem::path(TUMBLE_SCENE_DIR) / (film + ".toml"), settings);
     const double duration = shorter.value_or(scene.output.duration.value());
     sim::World world(scene);
-    double overlap = 0.0, own = 0.0;
+    double overlap = 0.0, own = 0.0, gain = 0.0;
     int unconverged = 0, looks = 0;
     bool was_reported = false;
     double before = 0.0; // [m] overlap after the step before
     run(world, scene, duration, [&](const sim::Snapshot& s, const sim::StepReport& report) {
         unconverged += report.at_iteration_limit ? 1 : 0;
+        gain = std::max(gain, report.energy_gain);
         // What is planned in a step shows once the bodies have moved, in the next one.
         const bool is_reported = std::exchange(was_reported, report.at_iteration_limit) || report.at_iteration_limit;
         const double left = std::exchange(before, report.max_penetration);
@@ -46,6 +47,8 @@ bool judge_film(const std::string& film, int every, std::optional<double> shorte
     record({name, fmt::format("overlap, {} steps looked at [m]", looks), h, overlap, scene.step.tolerance});
     record({name, "overlap, every step, by the run itself [m]", h, own, scene.step.tolerance});
     record({name, "steps not converged", h, static_cast<double>(unconverged), may_jam ? no_value : 0.0});
+    record({name, "energy gained [-]", h, gain, sim::energy_gain_allowed});
+    EXPECT_LE(gain, sim::energy_gain_allowed) << name;
     // The check of hulls and rods rounds, or searches, to 1e-9 m.
     EXPECT_LE(overlap, scene.step.tolerance + 1e-9) << name;
     EXPECT_LE(own, scene.step.tolerance) << name;
@@ -89,16 +92,13 @@ TEST(law_films, DISABLED_a_row_wedged_in_the_funnel_is_not_thrown) {
     }
 }
 
-TEST(law_films, DISABLED_rubble_keeps_its_tolerance) {
-    judge_film("rubble", 20);
-}
-
-TEST(law_films, DISABLED_dominoes_keep_their_tolerance) {
-    judge_film("dominoes", 20);
-}
-
-TEST(law_films, DISABLED_coin_keeps_its_tolerance) {
-    judge_film("coin", 50);
+/// Jams come late, and where they do changes with each change of rounding.
+TEST(law_films, DISABLED_each_keeps_its_tolerance_to_its_end) {
+    for (const auto& entry : std::filesystem::directory_iterator(TUMBLE_SCENE_DIR)) {
+        if (entry.path().extension() == ".toml") {
+            judge_film(entry.path().stem().string(), 50);
+        }
+    }
 }
 
 } // namespace

@@ -171,9 +171,10 @@ reference::ExcludedPairs jointed_pairs(const sim::SceneDef& scene) {
 
 double largest_overlap(const sim::SceneDef& scene, const sim::Snapshot& snapshot) {
     double deepest = 0.0;
+    const auto is_there = [&](int body) { return scene.bodies[static_cast<std::size_t>(body)].is_there(snapshot.time); };
     for (const reference::PairGap& pair :
          reference::near_pairs(solids(scene), placements(snapshot), 0.0, jointed_pairs(scene))) {
-        deepest = std::max(deepest, -pair.gap);
+        deepest = is_there(pair.a) && is_there(pair.b) ? std::max(deepest, -pair.gap) : deepest;
     }
     return deepest;
 }

@@ -66,7 +66,7 @@ Vec3 angular_momentum(const sim::SceneDef& scene,
 
 /// Pairs that share a joint.
 reference::ExcludedPairs jointed_pairs(const sim::SceneDef& scene);
-/// Largest penetration [m] >= 0 of all pairs, by the independent check.
+/// Largest penetration [m] >= 0 of all pairs that are there, by the independent check.
 double largest_overlap(const sim::SceneDef& scene, const sim::Snapshot& snapshot);
 
 /// Largest distance [m] between the two anchors of any joint.
