@@ -284,6 +284,27 @@ TEST(contact_solver, what_overlaps_parts_as_slowly_as_the_pair_overlaps) {
     EXPECT_NEAR(overlap_left(1e-4), 5e-5, 1e-9);
 }
 
+/// Impulses of a plan that falls short give no energy, but what moves gives some, and without anything that stands they keep momentum.
+TEST(contact_solver, a_plan_that_falls_short_makes_no_body_faster) {
+    const auto pushed = [](bool falls_short, double floor, bool has_floor) {
+        Stack stack(2, -4e-4);
+        stack.settings.tolerance = 1e-4;
+        stack.bodies.velocity[2].v.z() = floor;
+        if (!has_floor) {
+            stack.pairs.erase(stack.pairs.begin());
+        }
+        stack.solver.prepare(stack.bodies, stack.pairs, {}, stack.settings, time_step);
+        stack.solver.solve(stack.bodies, stack.pairs, {});
+        stack.solver.store_impulses(stack.bodies, stack.pairs, {}, falls_short);
+        return stack.solver.velocity()[1].v.z();
+    };
+    EXPECT_GT(pushed(false, 0.0, true), 0.1); // the overlaps part
+    EXPECT_EQ(pushed(true, 0.0, true), 0.0);
+    EXPECT_EQ(pushed(true, 0.5, true), pushed(false, 0.5, true));
+    EXPECT_EQ(pushed(true, 0.0, false), pushed(false, 0.0, false));
+    EXPECT_GT(pushed(false, 0.0, false), 0.1);
+}
+
 /// A column that is too long for its room: what overlaps cannot part, and sweeps that ask for it push ever harder, to the limit.
 TEST(contact_solver, a_column_wedged_between_floor_and_ceiling_stays_as_it_is) {
     const double gap = -8e-5;
