@@ -209,6 +209,7 @@ TEST_F(faults, a_folder_that_vanishes_is_told) {
         const Outcome outcome = shell("\"$TUMBLE\" " + std::string(arguments) +
                                       " & process=$!\n"
                                       "until [ -e out/block/trajectory.h5.part ]; do sleep 0.01; done\n"
+                                      "sleep 0.1\n" // HDF5 tells less of one that goes while it is being made
                                       "while [ -e out ]; do rm -rf out 2>/dev/null; done; wait $process");
         EXPECT_EQ(outcome.code, 3) << arguments;
         expect_one_line(outcome.err);
