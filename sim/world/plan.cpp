@@ -32,10 +32,10 @@ void WorldState::plan(StepReport& report) {
     }
     const double whole = interval;
     int division = 0;
-    bool falls_short = false;
+    bool good = false;
     while (true) {
         stopped_at_impact = false;
-        bool good = plan_interval(report);
+        good = plan_interval(report);
         if (stops_at_impacts()) {
             stop_at_impact(report, good);
         }
@@ -48,7 +48,6 @@ void WorldState::plan(StepReport& report) {
             interval *= 0.5;
         } else if (bodies.kinematic.empty() || std::exchange(contact_solver.may_give_way, true)) {
             fall_short(report, contact_solver.least_settled());
-            falls_short = true;
             break;
         } else { // no motion gives what hands ask for: one solve more
             division = 0;
@@ -63,7 +62,7 @@ void WorldState::plan(StepReport& report) {
     if (stopped_at_impact) {
         ++report.impacts_stopped_at;
     }
-    connected = contact_solver.store_impulses(bodies, search.pairs, joints, falls_short);
+    connected = contact_solver.store_impulses(bodies, search.pairs, joints, !good);
     joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
     if (has_drives) {
         energy.plan_work(contact_solver.drive_work(bodies));
