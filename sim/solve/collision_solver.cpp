@@ -85,7 +85,7 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
                    .soon = settings.impacts == ImpactHandling::stop ? shortest_interval(settings) : 0.0};
     loop_.clear();
     targets_.clear();
-    energy_owed_ = 0.0;
+    energy_taken_ = 0.0;
     if (pass == 0) {
         near_.clear();
         for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -165,7 +165,7 @@ void CollisionSolver::add_pair(const Bodies& bodies, const PairContacts& pair, i
             continue;
         }
         if (now.number == 0) {
-            energy_owed_ += contact.memory.energy_taken();
+            energy_taken_ += contact.memory.energy_taken();
         }
         loop_.contacts.push_back(&contact);
         // Newton's law: it leaves with e times the speed of its approach.
@@ -197,6 +197,18 @@ void CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSetting
     sweeps_ += loop_.spent();
 }
 
+/// What contacts placed ahead of the impact took is given back [J], but no more than the bodies lost: other contacts may have
+/// pushed them meanwhile.
+double CollisionSolver::energy_owed() const {
+    double lost_by_all = 0.0;
+    auto next = lost.begin();
+    for (const std::size_t i : in_pass_) {
+        next = std::ranges::lower_bound(next, lost.end(), i, {}, &EnergyLoss::body);
+        lost_by_all += next != lost.end() && next->body == i ? next->energy : 0.0;
+    }
+    return std::min(energy_taken_, std::max(lost_by_all, 0.0));
+}
+
 /// Work [J] that kinematic bodies do by the impulses since this was last asked.
 double CollisionSolver::work_of_pass() {
     if (kinematic_.empty()) {
@@ -222,7 +234,7 @@ double CollisionSolver::work_of_pass() {
 /// wedged between two walls cannot leave both. Returns the energy taken away [J]. converged: of the pass, then of what is taken.
 double CollisionSolver::keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity,
                                     const StepSettings& settings, bool& converged) {
-    const double start = kinetic_energy(bodies, before_, in_pass_) + energy_owed_;
+    const double start = kinetic_energy(bodies, before_, in_pass_) + energy_owed();
     work_ = work_of_pass();
     const double elastic = kinetic_energy(bodies, velocity, in_pass_) - work_;
     if (converged && elastic <= start * (1.0 + rounding_share)) {

@@ -47,6 +47,9 @@ public:
     /// Where the impulses of collisions are added, pass by pass; null: nowhere.
     std::vector<ContactSnapshot>* impacts = nullptr;
 
+    /// What the last interval's impulses took from bodies, in the order of these; see ContactSolver::energy_lost().
+    std::span<const EnergyLoss> lost;
+
     bool may_give_way = false; ///< see Blocks::softness()
 
     /// Sweeps [-] of all passes of an instant together, with what it takes to arrange them.
@@ -78,6 +81,7 @@ private:
     Unsettled fastest_left();
     void iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
     void report_impacts(int pass);
+    double energy_owed() const;
     void begin_pass(std::span<const Velocity> velocity);
     double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
                        bool& converged);
@@ -98,7 +102,7 @@ private:
     std::vector<char> collides_;    ///< [near_] in this pass, or is held in it
     std::vector<char> is_changed_;  ///< [body_count] by the last pass, then by this one
     int sweeps_ = 0;                ///< of all passes so far, those of their plastic solutions too
-    double energy_owed_ = 0.0; ///< [J] that contacts placed ahead took away before the first pass
+    double energy_taken_ = 0.0; ///< [J] by contacts placed ahead, before the first pass
     std::vector<Velocity> kinematic_; ///< kinematic_velocity(); empty where there are none
     double joint_work_ = 0.0;  ///< [J] of all impulses of joints so far
     double work_ = 0.0;        ///< [J] that kinematic bodies do in the pass

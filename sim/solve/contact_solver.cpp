@@ -304,6 +304,24 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
     }
 }
 
+/// Not known where joints' springs and motors, or keys, give energy too.
+void ContactSolver::find_energy_lost(const Bodies& bodies) {
+    lost_.clear();
+    for (const ContactGroup& group : groups_) {
+        const bool is_known = !group.has_joints && bodies.kinematic.empty();
+        for (const std::size_t i : group.bodies) {
+            if (to_.is_reached[i] != 0) {
+                const auto energy = [&](const Velocity& of) {
+                    return kinetic_energy(bodies.props[i], bodies.pose[i].orientation, of);
+                };
+                lost_.push_back({i, is_known ? energy(bodies.velocity[i]) - energy(to_.velocity[i])
+                                             : std::numeric_limits<double>::infinity()});
+            }
+        }
+    }
+    std::ranges::sort(lost_, {}, &EnergyLoss::body);
+}
+
 std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::vector<PairContacts>& pairs,
                                                std::span<Joint> joints, bool falls_short) {
     memory_interval_ = converged_ ? rules_.h : 0.0;
@@ -317,6 +335,7 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
     if (falls_short) {
         slow_down(bodies, pairs);
     }
+    find_energy_lost(bodies);
     std::vector<int> connected = sets_of_one(at_node_.size());
     std::vector<std::size_t> without_joints; // these have half kicks that hold against those of contacts
     for (const ContactGroup& group : groups_) {

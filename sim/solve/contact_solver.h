@@ -50,6 +50,8 @@ public:
     std::span<const Pose> predicted() const { return to_.pose; }              ///< at t0 + h
     /// Velocities at t0 itself, once the impulses are stored: with the share of them that acts before it (Verlet's half).
     std::span<const Velocity> velocity_at_node() const { return at_node_; }
+    /// Once the impulses are stored: of the bodies that impacts reach, in their order.
+    std::span<const EnergyLoss> energy_lost() const { return lost_; }
     int contact_count() const;
     /// Of any pair.
     double given_way() const;
@@ -78,6 +80,7 @@ private:
         archive(solver.groups_.swept());
         archive(solver.groups_.wedged());
         archive(solver.memory_interval_);
+        archive(solver.lost_);
     }
 
     void set_rules(const StepSettings& settings, double h);
@@ -87,6 +90,7 @@ private:
     void take_uncertain(ContactGroup& group);
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
     int iterate(ContactGroup& group, int budget, bool& converged);
+    void find_energy_lost(const Bodies& bodies);
     void slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
 
@@ -100,6 +104,7 @@ private:
     Prediction to_;
     std::vector<Velocity> at_node_;    ///< see velocity_at_node()
     bool converged_ = true;            ///< the last solve
+    std::vector<EnergyLoss> lost_;     ///< see energy_lost()
     std::vector<Velocity> change_;     ///< [body_count] by what is uncertain of the guess
     std::vector<Velocity> guessed_;    ///< [body_count] with what is certain of it, of bodies with joints until these are measured
     double memory_interval_ = std::numeric_limits<double>::infinity(); ///< [s] of the impulses stored last; 0: they did not converge

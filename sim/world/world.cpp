@@ -220,6 +220,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     joint_rows.add_owed(joints, after_collisions);
     const std::vector<Velocity> before = has_drives ? after_collisions : std::vector<Velocity>();
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
+    collision_solver.lost = contact_solver.energy_lost();
     collision_solver.may_give_way = contact_solver.may_give_way;
     collision_solver.most_sweeps = work_left() / 2; // the plan has to come to an end, or it throws what it holds
     CollisionReport result = collision_solver.resolve(bodies, search.pairs, joints, settings, after_collisions);
