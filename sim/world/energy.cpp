@@ -29,19 +29,33 @@ void EnergyWatch::admit(const Bodies& bodies, std::size_t body, const StepSettin
     work_ += kinetic_energy(props, pose.orientation, bodies.velocity[body]) - gravity_.dot(pose.position) / props.inverse_mass;
 }
 
-/// Kinetic and potential energy of the dynamic bodies [J], the latter from the world's origin, without what was done on them.
-double EnergyWatch::total(const Bodies& bodies, std::span<const Velocity> velocity) {
-    double kinetic = 0.0;
-    double potential = 0.0;
+/// Of the dynamic bodies.
+EnergyWatch::Energy EnergyWatch::of(const Bodies& bodies, std::span<const Velocity> velocity, const Vec3& gravity) {
+    Energy energy;
     for (std::size_t i = 0; i < bodies.props.size(); ++i) {
         const BodyProps& props = bodies.props[i];
         if (!props.is_static()) {
-            kinetic += kinetic_energy(props, bodies.pose[i].orientation, velocity[i]);
-            potential -= gravity_.dot(bodies.pose[i].position) / props.inverse_mass;
+            energy.kinetic += kinetic_energy(props, bodies.pose[i].orientation, velocity[i]);
+            energy.potential -= gravity.dot(bodies.pose[i].position) / props.inverse_mass;
         }
     }
+    return energy;
+}
+
+/// Of an instant whose impulses are planned [J], without what was done on the bodies.
+double EnergyWatch::total(const Bodies& bodies, std::span<const Velocity> velocity) {
+    const auto [kinetic, potential] = of(bodies, velocity, gravity_);
     largest_kinetic_ = std::max(largest_kinetic_, kinetic);
     return kinetic + potential - (work_ - ahead_);
+}
+
+bool EnergyWatch::allows(double work, const Bodies& bodies, std::span<const Velocity> velocity, double in_springs) const {
+    if (work <= gain_share * slack_) {
+        return true;
+    }
+    const auto [kinetic, potential] = of(bodies, velocity, gravity_);
+    const double gained = std::max(kinetic + potential + in_springs - work_ - lowest_, 0.0);
+    return gained + work <= slack_ + gain_share * energy_gain_allowed * (largest_kinetic_ + first_ - lowest_);
 }
 
 double EnergyWatch::gain(const Bodies& bodies, std::span<const Velocity> velocity, double in_springs) {

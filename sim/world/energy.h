@@ -10,8 +10,8 @@
 
 namespace sim {
 
-/// An interval's contacts may give this share [-] of what a run may gain: what they are just allowed adds up. By trial with random
-/// scenes: at 1 two such intervals make a run that gains too much, at a tenth films change, and more steps do not converge.
+/// Contacts may give until a run has gained this share [-] of what it may. By trial with random scenes: at 1 two intervals make a run
+/// that gains too much, at a tenth films change, and more steps do not converge.
 inline constexpr double gain_share = 0.5;
 
 class EnergyWatch {
@@ -33,12 +33,15 @@ public:
     /// lowest so far, as a share [-] of what the run turned over: its largest kinetic energy so far, and what it lost.
     double gain(const Bodies& bodies, std::span<const Velocity> velocity, double in_springs);
 
-    /// May an interval's contacts do so much work [J] on bodies?
-    bool allows(double work) const {
-        return work <= slack_ + gain_share * energy_gain_allowed * (largest_kinetic_ + first_ - lowest_);
-    }
+    /// May an interval's contacts do so much work [J] on bodies? velocity, in_springs: as it begins, after collisions.
+    bool allows(double work, const Bodies& bodies, std::span<const Velocity> velocity, double in_springs) const;
 
 private:
+    struct Energy {
+        double kinetic = 0.0;   ///< [J]
+        double potential = 0.0; ///< [J] from the world's origin
+    };
+    static Energy of(const Bodies& bodies, std::span<const Velocity> velocity, const Vec3& gravity);
     double total(const Bodies& bodies, std::span<const Velocity> velocity);
 
     Vec3 gravity_ = Vec3::Zero();

@@ -39,10 +39,12 @@ void WorldState::plan(StepReport& report) {
         if (stops_at_impacts()) {
             stop_at_impact(report, good);
         }
-        if (good) {
+        joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
+        const bool may_divide = division < division_limit && work_left() > 0;
+        if (good && !(may_divide && joints_vibrate_too_far(division_limit - division))) {
             break;
         }
-        if (division < division_limit && work_left() > 0) {
+        if (may_divide) {
             ++division;
             ++report.divisions;
             interval *= 0.5;
@@ -63,7 +65,6 @@ void WorldState::plan(StepReport& report) {
         ++report.impacts_stopped_at;
     }
     connected = contact_solver.store_impulses(bodies, search.pairs, joints, !good);
-    joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
     if (has_drives) {
         energy.plan_work(contact_solver.drive_work(bodies));
     }
@@ -126,6 +127,13 @@ double WorldState::intervals_for_spin() {
 /// left as they are.
 double WorldState::intervals_for_joints() const {
     return work_left() == 0 ? 0.0 : std::min(joint_rate, largest_turn_in_step / h) / largest_turn;
+}
+
+/// Do joints vibrate as the interval is planned so far that it is rather two, and do so many divisions help? Impacts give loads that
+/// the last interval had nothing of.
+bool WorldState::joints_vibrate_too_far(int divisions) const {
+    const double parts = std::round(interval * joint_rate / largest_turn);
+    return parts > 1.0 && parts <= std::exp2(divisions);
 }
 
 /// Sweeps that the step under way may still take.
@@ -207,7 +215,7 @@ bool WorldState::plan_interval(StepReport& report) {
         report.residual = result.residual;
         report.joint_gap = contact_solver.joint_gap();
         // Contacts give no energy, or the plan is wrong: what an impact turns far touches elsewhere as the interval ends than as it began.
-        const bool is_followed = result.converged && energy.allows(result.work);
+        const bool is_followed = result.converged && energy.allows(result.work, bodies, after_collisions, energy_in_springs());
         good = repair.verify() && is_followed;
         if (!is_followed || round == most_rounds || work_left() == 0 || !repair.repair(after_collisions)) {
             break;

@@ -227,8 +227,26 @@ TEST(law_random_scenes, what_overlaps_parts_no_faster_in_a_short_interval) {
     judge(956, 956, 0, 300.0);
 }
 
-TEST(law_random_scenes, DISABLED_most_of_two_hundred_converge_and_none_gains_energy) {
+/// A capsule that a ball presses to the floor: what holds the two apart ahead of their impact takes 4483 J, and the floor, which
+/// throws the capsule against the ball, gives 2200 J of them.
+TEST(law_random_scenes, an_impact_gives_back_no_more_than_was_lost) {
+    judge(2853, 2853, 0);
+}
+
+/// Chains that an impact makes whip: how fast their joints vibrate then, nothing of the step before tells.
+TEST(law_random_scenes, chains_that_are_hit_gain_no_energy) {
+    judge(3220, 3220, 0);
+    judge(3867, 3867, 0);
+}
+
+/// A step of twelve intervals, in many of which contacts give what one may.
+TEST(law_random_scenes, what_contacts_give_does_not_add_up) {
+    judge(2735, 2735, 0);
+}
+
+TEST(law_random_scenes, DISABLED_most_of_four_hundred_converge_and_none_gains_energy) {
     judge(1, 200, 2);
+    judge(5001, 5200, 2); // none of which anything was tried with
 }
 
 } // namespace
