@@ -41,13 +41,14 @@ void WorldState::plan(StepReport& report) {
         }
         joint_rate = joints.empty() ? 0.0 : contact_solver.joint_rate(bodies);
         const bool may_divide = division < division_limit && work_left() > 0;
-        if (good && !(may_divide && joints_vibrate_too_far(division_limit - division))) {
+        const double parts_for_joints = parts_of_plan_for_joints(division_limit - division);
+        if (good && !(may_divide && parts_for_joints > 1.0)) {
             break;
         }
         if (may_divide) {
             ++division;
             ++report.divisions;
-            interval *= 0.5;
+            interval /= good ? parts_for_joints : 2.0;
         } else if (bodies.kinematic.empty() || std::exchange(contact_solver.may_give_way, true)) {
             fall_short(report, contact_solver.least_settled());
             break;
@@ -129,11 +130,11 @@ double WorldState::intervals_for_joints() const {
     return work_left() == 0 ? 0.0 : std::min(joint_rate, largest_turn_in_step / h) / largest_turn;
 }
 
-/// Do joints vibrate as the interval is planned so far that it is rather two, and do so many divisions help? Impacts give loads that
-/// the last interval had nothing of.
-bool WorldState::joints_vibrate_too_far(int divisions) const {
-    const double parts = std::round(interval * joint_rate / largest_turn);
-    return parts > 1.0 && parts <= std::exp2(divisions);
+/// Parts [-] that the interval planned is to be taken in, as its joints vibrate so far that its half would be too long. Impacts give
+/// loads of which the last interval had none. Where not even so many divisions help, as of joints that are torn, 1.
+double WorldState::parts_of_plan_for_joints(int divisions) const {
+    const double parts = std::ceil(interval * joint_rate / largest_turn);
+    return parts > 2.0 && parts <= std::exp2(divisions) ? parts : 1.0;
 }
 
 /// Sweeps that the step under way may still take.

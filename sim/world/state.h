@@ -66,7 +66,7 @@ struct WorldState {
     std::string torn_open();
     double intervals_for_spin();
     double intervals_for_joints() const;
-    bool joints_vibrate_too_far(int divisions) const;
+    double parts_of_plan_for_joints(int divisions) const;
     void plan(StepReport& report);
     bool plan_interval(StepReport& report);
     bool plan_until_impact(const Impact& impact, StepReport& report);
