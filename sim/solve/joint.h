@@ -66,6 +66,7 @@ public:
     /// The same of what add_owed() gave, from velocities kick.before to kick.after [J].
     double half_kick_work(std::span<const Velocity> kinematic, const Kick& kick) const;
     bool has_motors() const { return has_motors_; }
+    bool has_drives() const { return has_motors_ || has_springs_; } ///< motors, springs: what gives energy
 
     /// Writes what the next interval takes from this solve's to the joints' memory; of motors the share `weight` was given
     /// before t0.

@@ -244,6 +244,11 @@ TEST(law_random_scenes, what_contacts_give_does_not_add_up) {
     judge(2735, 2735, 0);
 }
 
+/// A jam that is hit: a step does not converge, and leaves overlaps.
+TEST(law_random_scenes, contacts_beside_joints_give_no_energy) {
+    EXPECT_LE(run_scenes(3911, 3911).gain, sim::energy_gain_allowed); // 1.4e-2 where their work is not looked at
+}
+
 TEST(law_random_scenes, DISABLED_most_of_four_hundred_converge_and_none_gains_energy) {
     judge(1, 200, 2);
     judge(5001, 5200, 2); // none of which anything was tried with
