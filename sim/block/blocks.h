@@ -110,12 +110,6 @@ struct DriveWork {
     double ahead = 0.0; ///< of it, what acts after the instant
 };
 
-/// What the impulses of an interval took from a body.
-struct EnergyLoss {
-    std::size_t body;
-    double energy; ///< [J]; infinity: not known
-};
-
 /// Loops over fewer blocks, pairs or bodies are not worth while to be shared among threads.
 inline constexpr std::size_t least_shared = 32;
 

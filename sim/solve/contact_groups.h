@@ -13,7 +13,7 @@ struct ContactSolveReport {
     int iterations = 0;
     double residual = 0.0;       ///< [m] largest gap error at the predicted poses
     double joint_residual = 0.0; ///< [m]
-    double work = 0.0;           ///< [J] that contacts do on bodies without joints; the most of a group
+    double work = 0.0;           ///< [J] that contacts do on bodies; the most of a group in which no joint gives energy
     bool converged = true;
 };
 

@@ -19,6 +19,12 @@ struct PairContacts {
     Vec3 owed_moment = Vec3::Zero();   ///< [N m s] of it about the world's origin
 };
 
+/// What the impulses of an interval took from a body.
+struct EnergyLoss {
+    std::size_t body;
+    double energy; ///< [J]; infinity: not known
+};
+
 /// Asks for what lies anywhere in memory, before its turn comes.
 inline void prefetch(const PairContacts& pair) {
     const std::vector<Contact>& contacts = pair.manifold.contacts;

@@ -261,8 +261,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
         group.given_way = std::max(group.given_way, contacts.give_way(to_.velocity));
         to_.update(bodies, group.bodies, workers);
     }
-    // Motors and springs do work by way of contacts.
-    report.work = group.has_joints && joints_.has_drives() ? 0.0 : contacts.impulse_work(to_.velocity);
+    report.work = is_driven(group) ? 0.0 : contacts.impulse_work(to_.velocity);
     report.converged = report.residual <= gap_tolerance && report.joint_residual <= joint_tolerance;
 }
 
@@ -309,7 +308,7 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
 void ContactSolver::find_energy_lost(const Bodies& bodies) {
     lost_.clear();
     for (const ContactGroup& group : groups_) {
-        const bool is_known = !(group.has_joints && joints_.has_drives()) && bodies.kinematic.empty();
+        const bool is_known = !is_driven(group) && bodies.kinematic.empty();
         for (const std::size_t i : group.bodies) {
             if (to_.is_reached[i] != 0) {
                 const auto energy = [&](const Velocity& of) {

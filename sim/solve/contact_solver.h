@@ -90,6 +90,8 @@ private:
     void take_uncertain(ContactGroup& group);
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
     int iterate(ContactGroup& group, int budget, bool& converged);
+    /// Motors and springs do work by way of contacts.
+    bool is_driven(const ContactGroup& group) const { return group.has_joints && joints_.has_drives(); }
     void find_energy_lost(const Bodies& bodies);
     void slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs);
     void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);

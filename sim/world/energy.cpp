@@ -30,13 +30,13 @@ void EnergyWatch::admit(const Bodies& bodies, std::size_t body, const StepSettin
 }
 
 /// Of the dynamic bodies.
-EnergyWatch::Energy EnergyWatch::of(const Bodies& bodies, std::span<const Velocity> velocity, const Vec3& gravity) {
+EnergyWatch::Energy EnergyWatch::energy_of(const Bodies& bodies, std::span<const Velocity> velocity) const {
     Energy energy;
     for (std::size_t i = 0; i < bodies.props.size(); ++i) {
         const BodyProps& props = bodies.props[i];
         if (!props.is_static()) {
             energy.kinetic += kinetic_energy(props, bodies.pose[i].orientation, velocity[i]);
-            energy.potential -= gravity.dot(bodies.pose[i].position) / props.inverse_mass;
+            energy.potential -= gravity_.dot(bodies.pose[i].position) / props.inverse_mass;
         }
     }
     return energy;
@@ -44,7 +44,7 @@ EnergyWatch::Energy EnergyWatch::of(const Bodies& bodies, std::span<const Veloci
 
 /// Of an instant whose impulses are planned [J], without what was done on the bodies.
 double EnergyWatch::total(const Bodies& bodies, std::span<const Velocity> velocity) {
-    const auto [kinetic, potential] = of(bodies, velocity, gravity_);
+    const auto [kinetic, potential] = energy_of(bodies, velocity);
     largest_kinetic_ = std::max(largest_kinetic_, kinetic);
     return kinetic + potential - (work_ - ahead_);
 }
@@ -53,7 +53,7 @@ bool EnergyWatch::allows(double work, const Bodies& bodies, std::span<const Velo
     if (work <= gain_share * slack_) {
         return true;
     }
-    const auto [kinetic, potential] = of(bodies, velocity, gravity_);
+    const auto [kinetic, potential] = energy_of(bodies, velocity);
     const double gained = std::max(kinetic + potential + in_springs - work_ - lowest_, 0.0);
     return gained + work <= slack_ + gain_share * energy_gain_allowed * (largest_kinetic_ + first_ - lowest_);
 }

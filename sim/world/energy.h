@@ -41,7 +41,7 @@ private:
         double kinetic = 0.0;   ///< [J]
         double potential = 0.0; ///< [J] from the world's origin
     };
-    static Energy of(const Bodies& bodies, std::span<const Velocity> velocity, const Vec3& gravity);
+    Energy energy_of(const Bodies& bodies, std::span<const Velocity> velocity) const;
     double total(const Bodies& bodies, std::span<const Velocity> velocity);
 
     Vec3 gravity_ = Vec3::Zero();

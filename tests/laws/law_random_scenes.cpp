@@ -251,7 +251,7 @@ TEST(law_random_scenes, contacts_beside_joints_give_no_energy) {
 
 TEST(law_random_scenes, DISABLED_most_of_four_hundred_converge_and_none_gains_energy) {
     judge(1, 200, 2);
-    judge(5001, 5200, 2); // none of which anything was tried with
+    judge(5001, 5200, 2); // nothing is tuned on these
 }
 
 } // namespace

@@ -107,8 +107,6 @@ TEST(collision_solver, ball_on_a_wall_leaves_with_e_times_its_speed) {
     }
 }
 
-/// A sliding ball without spin stops slipping if mu >= 2/7 u_t / ((1 + e) u_n): it then rolls with 5/7 of
-/// u_t.
 /// Where a contact placed ahead of the impact took the speed, other contacts may have given some of what it took.
 TEST(collision_solver, a_ball_that_was_stopped_ahead_gets_back_what_it_lost) {
     for (const double share : {1.0, 0.25, 0.0, -1.0}) {
@@ -127,6 +125,8 @@ TEST(collision_solver, a_ball_that_was_stopped_ahead_gets_back_what_it_lost) {
     }
 }
 
+/// A sliding ball without spin stops slipping if mu >= 2/7 u_t / ((1 + e) u_n): it then rolls with 5/7 of
+/// u_t.
 TEST(collision_solver, rough_ball_rolls_with_five_sevenths_of_its_speed) {
     Impacts scene;
     add_body(scene.bodies, make_props(Sphere{0.5}, 1000.0, 0.5, 1.0), {Vec3(0, 0, 0.5), Quat::Identity()},
