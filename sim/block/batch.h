@@ -109,7 +109,7 @@ struct BatchSweep {
     /// else fewer points carry it.
     double tolerance = 0.0;
     double softness = 0.0; ///< [-] normal impulses give way by this share of what they change
-    bool by_half = false;  ///< half of what each visit finds is taken, and it is to be visited again
+    bool by_half = false;  ///< half of what each visit finds is taken at most, and it is to be visited again
 };
 
 /// Once over all batches, in order; returns the largest velocity change at any point [m/s].

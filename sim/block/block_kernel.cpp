@@ -11,6 +11,7 @@ LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<
     const Real zero = real(0.0);
     v.force = v.moment = {zero, zero, zero};
     v.change = v.left = zero;
+    v.share = real(1.0);
     for (int k = 0; k < N; ++k) {
         const BatchPoint& point = v.points[k];
         v.p_n[k] = v.load(point.p_n);
@@ -23,22 +24,26 @@ LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<
     }
     const auto put = [&](Lanes& to, const Real& x) { v.store(to, select(v.due, x, v.load(to))); };
     const auto put3 = [&](Lanes* to, const Real3& x) { v.store3(to, select(v.due, x, v.load3(to))); };
-    if (sweep.by_half) {
-        Mask pulls = nowhere(); // extrapolation left it so, and half of it would
+    const Real share = sweep.by_half ? min(v.share, real(0.5)) : v.share;
+    const Mask part = share < 1.0;
+    if (any(part)) {
+        Mask pulls = nowhere(); // extrapolation left it so, and a share of it would
         for (int k = 0; k < N; ++k) {
             pulls |= v.load(v.points[k].p_n) < 0.0;
         }
-        const auto halve = [&](Real& found, const Lanes& before) { found = select(pulls, found, 0.5 * (found + v.load(before))); };
+        const Real taken = select(pulls, real(1.0), share);
+        const auto take = [&](Real& found, const Lanes& before) {
+            found = select(part, taken * found + (1.0 - taken) * v.load(before), found);
+        };
         for (int k = 0; k < N; ++k) {
             const BatchPoint& point = v.points[k];
-            halve(v.p_n[k], point.p_n);
-            halve(v.p_1[k], point.p_t[0]);
-            halve(v.p_2[k], point.p_t[1]);
+            take(v.p_n[k], point.p_n);
+            take(v.p_1[k], point.p_t[0]);
+            take(v.p_2[k], point.p_t[1]);
         }
-        const Real share = select(pulls, real(1.0), real(0.5));
-        v.force = share * v.force;
-        v.moment = share * v.moment;
-        v.left = real(infinity);
+        v.force = taken * v.force;
+        v.moment = taken * v.moment;
+        v.left = select(part, real(infinity), v.left);
     }
     for (int k = 0; k < N; ++k) {
         BatchPoint& point = v.points[k];

@@ -5,9 +5,9 @@
 namespace sim {
 namespace {
 
-/// Puts new friction impulses in place.
+/// Puts new friction impulses in place. Returns what that changes of (u_n, w_1, w_2).
 template <int N>
-LANES_INLINE void Visit<N>::add_friction(const Real3& held, const Real* new_1, const Real* new_2) {
+LANES_INLINE Real3 Visit<N>::add_friction(const Real3& held, const Real* new_1, const Real* new_2) {
     for (int k = 0; k < N; ++k) {
         p_1[k] = new_1[k];
         p_2[k] = new_2[k];
@@ -34,6 +34,7 @@ LANES_INLINE void Visit<N>::add_friction(const Real3& held, const Real* new_1, c
     for (int k = 0; k < N; ++k) {
         left = max(left, abs(normal_velocity(k, d)));
     }
+    return {d.u.z, d.w.x, d.w.y};
 }
 
 /// Friction impulses that stop the slip of all loaded points: weighted mean slip, and turning about the pressure centre.
@@ -160,6 +161,28 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real per_load, Real* new_1, Real*
     }
 }
 
+/// Friction that slides follows the load. Where it changes the normal velocities by more than the new normal impulses did, the
+/// other way, the next visit has to take more than these away again, and visits take turns for ever, at a single contact too. Returns
+/// the share of both that is right where all is linear; else 1. by_friction: what it changes of (u_n, w_1, w_2). Of that counts what
+/// follows the load: mu times its change at most.
+template <int N>
+LANES_INLINE Real Visit<N>::share_that_lasts(Mask slides, const Real3& by_friction) const {
+    const Real one = real(1.0);
+    const Real3 loaded{force.z, moment.x, moment.y};
+    const Real done = dot(loaded, normal_response(batch, *this) * loaded);
+    const Real undone = dot(loaded, by_friction);
+    const Mask may_diverge = slides & (undone > done);
+    if (!any(may_diverge)) {
+        return one;
+    }
+    const Real limit = load(batch.mu) * force.z;
+    const Real square = force.x * force.x + force.y * force.y;
+    const Mask beyond = square > limit * limit;
+    const Real follows = undone * select(beyond, sqrt(limit * limit / select(beyond, square, one)), one);
+    const Mask diverges = may_diverge & (follows > done);
+    return select(diverges, done / select(diverges, done + follows, one), one);
+}
+
 /// Friction impulses for the present normal impulses (eq. 4 and 5 for the block).
 template <int N>
 LANES_INLINE void Visit<N>::solve_friction() {
@@ -182,7 +205,8 @@ LANES_INLINE void Visit<N>::solve_friction() {
     if (any(slides)) {
         slide(slides, per_load, new_1, new_2);
     }
-    add_friction(held, new_1, new_2);
+    const Real3 by_friction = add_friction(held, new_1, new_2);
+    share = share_that_lasts(slides, by_friction);
     left = select(slides, change, left);
 }
 

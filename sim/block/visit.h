@@ -25,6 +25,7 @@ struct Visit : Window {
     Mask due;            ///< lanes that are to be solved
     Real3 force, moment; ///< wrench added so far, in the block's frame
     Real change;         ///< largest velocity change at a point [m/s]
+    Real share;          ///< [-] of what the visit finds, to be taken: less where friction undoes more than normal impulses do
     Real left;           ///< what the visit may leave of it: friction moves what normal impulses have solved, and is projected once [m/s]
 
     LANES_INLINE Real w(int i, int j) const {
@@ -64,7 +65,8 @@ struct Visit : Window {
     void solve_friction();
     Mask stop_slip(const Real3& held, Real sum, Real per_load, Real* new_1, Real* new_2) const;
     void slide(Mask slides, Real per_load, Real* new_1, Real* new_2) const;
-    void add_friction(const Real3& held, const Real* new_1, const Real* new_2);
+    Real share_that_lasts(Mask slides, const Real3& by_friction) const;
+    Real3 add_friction(const Real3& held, const Real* new_1, const Real* new_2);
 };
 
 } // namespace

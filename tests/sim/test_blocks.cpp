@@ -331,6 +331,24 @@ TEST(blocks, a_rod_whose_friction_lifts_it_comes_to_an_end) {
     }
 }
 
+/// The same rod with light ends, as a dumbbell's bar: friction lifts it five times as fast as its load does.
+TEST(blocks, one_contact_whose_friction_undoes_more_than_its_load_does_is_solved) {
+    Pair pair;
+    const Quat turn(Eigen::AngleAxisd(std::asin(0.2), Vec3::UnitY()));
+    const Vec3 end = turn * Vec3(0, 0, -1.5);
+    add_body(pair.bodies, make_props(Box{Vec3(0.01, 0.01, 0.5)}, 1000.0), {-end, turn}, {Vec3(5, 0, -1), Vec3::Zero()});
+    add_body(pair.bodies, make_props(Plane{}, 0.0), Pose{});
+    Contact& contact = pair.contacts.emplace_back();
+    contact.at.n = Vec3::UnitZ();
+    pair.arrange(2.0);
+    pair.loop.wake();
+    double change = 0.0;
+    for (int i = 0; i < 40; ++i) {
+        change = pair.loop.sweep(pair.bodies.velocity, 1e-9, 1e-7);
+    }
+    EXPECT_LE(change, 1e-8); // 0.1 m/s where all of what a visit finds is taken
+}
+
 TEST(blocks, without_friction_the_slip_is_kept) {
     CubeOnPlane cube({Vec3(0.3, -0.2, -1), Vec3::Zero()});
     cube.sweep();
