@@ -161,26 +161,26 @@ LANES_INLINE void Visit<N>::slide(Mask slides, Real per_load, Real* new_1, Real*
     }
 }
 
-/// Friction that slides follows the load. Where it changes the normal velocities by more than the new normal impulses did, the
-/// other way, the next visit has to take more than these away again, and visits take turns for ever, at a single contact too. Returns
-/// the share of both that is right where all is linear; else 1. by_friction: what it changes of (u_n, w_1, w_2). Of that counts what
-/// follows the load: mu times its change at most.
+/// Under-relaxation of the visit [-]. Friction that slides follows the load: it changes the normal velocities by r times what the new
+/// normal impulses did. Of these the next visit takes r times as much away again, and from r = 1 on visits take turns for ever, at a
+/// single contact too. A linear iteration by the factor -r stands still where 1 / (1 + r) of the change is taken: returned where
+/// r > 1, else 1. by_friction: changes of (u_n, w_1, w_2). What follows the load counts, mu times its change at most.
 template <int N>
 LANES_INLINE Real Visit<N>::share_that_lasts(Mask slides, const Real3& by_friction) const {
     const Real one = real(1.0);
     const Real3 loaded{force.z, moment.x, moment.y};
-    const Real done = dot(loaded, normal_response(batch, *this) * loaded);
-    const Real undone = dot(loaded, by_friction);
-    const Mask may_diverge = slides & (undone > done);
+    const Real by_load = dot(loaded, normal_response(batch, *this) * loaded);
+    const Real beside_it = dot(loaded, by_friction);
+    const Mask may_diverge = slides & (beside_it > by_load);
     if (!any(may_diverge)) {
         return one;
     }
     const Real limit = load(batch.mu) * force.z;
     const Real square = force.x * force.x + force.y * force.y;
     const Mask beyond = square > limit * limit;
-    const Real follows = undone * select(beyond, sqrt(limit * limit / select(beyond, square, one)), one);
-    const Mask diverges = may_diverge & (follows > done);
-    return select(diverges, done / select(diverges, done + follows, one), one);
+    const Real follows = beside_it * select(beyond, sqrt(limit * limit / select(beyond, square, one)), one);
+    const Mask diverges = may_diverge & (follows > by_load);
+    return select(diverges, by_load / select(diverges, by_load + follows, one), one);
 }
 
 /// Friction impulses for the present normal impulses (eq. 4 and 5 for the block).

@@ -25,7 +25,7 @@ struct Visit : Window {
     Mask due;            ///< lanes that are to be solved
     Real3 force, moment; ///< wrench added so far, in the block's frame
     Real change;         ///< largest velocity change at a point [m/s]
-    Real share;          ///< [-] of what the visit finds that is taken: 1; less where friction undoes more than the normal impulses do
+    Real share;          ///< [-] of what the visit finds that is taken: see share_that_lasts()
     Real left;           ///< what the visit may leave of it: friction moves what normal impulses have solved, and is projected once [m/s]
 
     LANES_INLINE Real w(int i, int j) const {

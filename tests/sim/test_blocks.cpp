@@ -338,7 +338,7 @@ TEST(blocks, a_rod_whose_friction_lifts_it_comes_to_an_end) {
 }
 
 /// With light arms, which reach beyond it, friction lifts it five times as fast as its load does.
-TEST(blocks, one_contact_whose_friction_undoes_more_than_its_load_does_is_solved) {
+TEST(blocks, one_contact_whose_friction_lifts_it_by_more_than_its_load_does_is_solved) {
     EXPECT_LE(change_of_rod(40, std::asin(0.2), 1.5, 5.0), 1e-8); // 0.1 m/s where all of what a visit finds is taken
 }
 
