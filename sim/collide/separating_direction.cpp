@@ -285,6 +285,11 @@ private:
         }
     }
 
+    /// Does the line through an edge meet what is `between` it and the other feature's point within the edge?
+    static bool is_within_ends(const CoreFeature& f, const Vec3& between) {
+        return f.kind != Kind::edge || std::abs(f.direction.dot(between)) <= f.length;
+    }
+
     /// Do two points of features that are the lowest along n lie along it?
     bool are_nearest(const SeparatingDirection& found) const {
         const auto& [n, gap, of_a, of_b, fa, fb] = found;
@@ -292,7 +297,7 @@ private:
             return inside_of_ends(fa, fb) >= 0.0;
         }
         if (!has_rim(fa, fb)) {
-            return true;
+            return is_within_ends(fa, fa.point - fb.point) && is_within_ends(fb, fa.point - fb.point);
         }
         const bool is_a = fa.kind == Kind::rim;
         const CoreFeature& rim = is_a ? fa : fb;
@@ -322,14 +327,13 @@ private:
                may_be_between(fa, fb, normals_b_[j].left, normals_b_[j].right, worthwhile());
     }
 
-    /// From the nearest point of b to that of a, at least one of them a vertex. Beyond an edge's end it leads to that end,
-    /// a corner that need not be near n.
+    /// From the nearest point of b to that of a, at least one of them a vertex, of an edge also beyond its ends: of all directions
+    /// along which the edge is the lowest it is the best, and uphill from n. That to the end need not be.
     static Vec3 direction_of_vertex(const CoreFeature& fa, const CoreFeature& fb) {
         Vec3 between = fa.point - fb.point;
         for (const CoreFeature* f : {&fa, &fb}) {
             if (f->kind == Kind::edge) {
-                const double along = f->direction.dot(between);
-                between -= std::clamp(along, -f->length, f->length) * f->direction;
+                between -= f->direction.dot(between) * f->direction;
                 if (between.norm() == 0.0) {
                     return f->direction.unitOrthogonal();
                 }

@@ -506,6 +506,14 @@ TEST(convex_pair, a_corner_at_the_far_end_of_an_edge_is_found) {
     check_pair(prism(6), prism_pose, Capsule{0.1, 0.25}, capsule_pose, "prism capsule");
 }
 
+/// Of the edge that leads there the nearest point lies beyond its end, and the end itself is no better than the corner before.
+TEST(convex_pair, a_corner_behind_a_ridge_is_found) {
+    const std::array corners{Vec3(0.065, -0.13, -0.145), Vec3(0.06, -0.14, -0.22),  Vec3(0.075, -0.115, -0.44),
+                             Vec3(0.03, -0.06, -0.19),   Vec3(0.125, 0.13, -0.38), Vec3(-0.03, 0.125, -0.335)};
+    const Shape splinter = Hull{std::make_shared<const Polytope>(*convex_hull(corners))};
+    check_pair(splinter, Pose{}, Capsule{0.085, 0.13}, Pose{}, "splinter capsule");
+}
+
 // A body lies on the base of a bowl, far from its middle: from there it is beside the base, and the way out of it
 // downwards, through the base, is a local maximum of the gap.
 TEST(convex_pair, what_lies_on_a_wide_plate_is_found_on_its_near_side) {
