@@ -227,6 +227,12 @@ TEST(law_random_scenes, what_overlaps_parts_no_faster_in_a_short_interval) {
     judge(956, 956, 0, 300.0);
 }
 
+/// A box on a drum overlaps it, in each interval, by more than the crossing edges of which they have a contact tell: found again twelve
+/// times, these take all the work that a step may.
+TEST(law_random_scenes, what_repair_does_not_lessen_is_not_repaired_again) {
+    judge(6875, 6875, 0, 300.0);
+}
+
 /// A capsule that a ball presses to the floor: what holds the two apart ahead of their impact takes 4483 J, and the floor, which
 /// throws the capsule against the ball, gives 2200 J of them.
 TEST(law_random_scenes, an_impact_gives_back_no_more_than_was_lost) {
