@@ -285,7 +285,7 @@ private:
         }
     }
 
-    /// Does the line through an edge meet what is `between` it and the other feature's point within the edge?
+    /// `between` the points of two features, the other one a vertex: is what of this one is nearest to it within an edge's ends?
     static bool is_within_ends(const CoreFeature& f, const Vec3& between) {
         return f.kind != Kind::edge || std::abs(f.direction.dot(between)) <= f.length;
     }
