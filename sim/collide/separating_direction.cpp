@@ -285,11 +285,6 @@ private:
         }
     }
 
-    /// `between` the points of two features, the other one a vertex: is what of this one is nearest to it within an edge's ends?
-    static bool is_within_ends(const CoreFeature& f, const Vec3& between) {
-        return f.kind != Kind::edge || std::abs(f.direction.dot(between)) <= f.length;
-    }
-
     /// Do two points of features that are the lowest along n lie along it?
     bool are_nearest(const SeparatingDirection& found) const {
         const auto& [n, gap, of_a, of_b, fa, fb] = found;
@@ -297,7 +292,8 @@ private:
             return inside_of_ends(fa, fb) >= 0.0;
         }
         if (!has_rim(fa, fb)) {
-            return is_within_ends(fa, fa.point - fb.point) && is_within_ends(fb, fa.point - fb.point);
+            const Vec3 between = fa.point - fb.point; // one of them a vertex, without direction and length
+            return std::abs(fa.direction.dot(between)) <= fa.length && std::abs(fb.direction.dot(between)) <= fb.length;
         }
         const bool is_a = fa.kind == Kind::rim;
         const CoreFeature& rim = is_a ? fa : fb;

@@ -102,16 +102,13 @@ bool Repair::verify() {
     return meeting_.empty() && overlapping_.empty();
 }
 
-/// Does this pair overlap no less than before the last round? Nor will it after the next: its contacts have been there already, or
-/// take turns, and only a shorter interval helps.
-bool Repair::is_no_less(const Overlap& overlap) const {
-    const auto found = std::ranges::find(before_, overlap.bodies, &Overlap::bodies);
-    return found != before_.end() && overlap.depth >= found->depth;
-}
-
 bool Repair::repair(std::span<const Velocity> at_node) {
-    if (std::ranges::any_of(overlapping_, [&](const Overlap& overlap) { return is_no_less(overlap); })) {
-        return false;
+    const auto is_no_less = [&](const Overlap& overlap) {
+        const auto found = std::ranges::find(before_, overlap.bodies, &Overlap::bodies);
+        return found != before_.end() && overlap.depth >= found->depth;
+    };
+    if (std::ranges::any_of(overlapping_, is_no_less)) {
+        return false; // its contacts have been there already, or take turns: only a shorter interval helps
     }
     std::vector<int> changed; // pairs whose contacts go into the solve
     std::vector<int> added;

@@ -44,7 +44,6 @@ private:
     };
 
     bool is_left(const BodyPair& pair) const;
-    bool is_no_less(const Overlap& overlap) const;
     std::vector<FoundContact> contacts_of(const BodyPair& pair) const;
 
     const Bodies& bodies_;
