@@ -92,13 +92,16 @@ struct Rest : Window {
         const Real one = real(1.0);
         const Frame f = frame_of(batch, *this);
         Memory memories[block_size];
+        Mask touches = nowhere();
         for (int k = 0; k < batch.count; ++k) {
             memories[k] = Memory(memory_of(k));
+            touches |= lanes_of(points[k].there) & (load(points[k].gap) <= rules.tolerance);
         }
         const Real node_weight = node_weight_of(memories);
         store(batch.node_weight, node_weight);
         const Real interval = impulse_interval(node_weight, h);
         const Real fall = fall_along(f.n);
+        const Real falls_freely = select(touches, zero, fall); // what is held elsewhere does not, as the upper face of a thin plate
         const Twist twist = twist_of(work.before, batch, f, *this);
         Mask sticks = nowhere();
         Mask bore = nowhere();
@@ -113,7 +116,7 @@ struct Rest : Window {
             const Mask ahead = gap > rules.tolerance; // a speculative contact
             const Real u_n = twist.normal(x, y);
             set(points[k].ahead, ahead);
-            set(points[k].closing, here & ahead & (gap + h * (u_n - (0.5 * h) * fall) <= 0.0));
+            set(points[k].closing, here & ahead & (gap + h * (u_n - (0.5 * h) * falls_freely) <= 0.0));
             // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown. A
             // feature that overlaps by more than its pair did parts to that within a step.
             const Real kept = max(gap, real(-rules.band));
