@@ -101,7 +101,7 @@ struct Rest : Window {
         store(batch.node_weight, node_weight);
         const Real interval = impulse_interval(node_weight, h);
         const Real fall = fall_along(f.n);
-        const Real falls_freely = select(touches, zero, fall); // what is held elsewhere does not, as the upper face of a thin plate
+        const Real free_fall = select(touches, zero, fall); // what touches elsewhere is held, as the upper face of a thin plate
         const Twist twist = twist_of(work.before, batch, f, *this);
         Mask sticks = nowhere();
         Mask bore = nowhere();
@@ -116,7 +116,7 @@ struct Rest : Window {
             const Mask ahead = gap > rules.tolerance; // a speculative contact
             const Real u_n = twist.normal(x, y);
             set(points[k].ahead, ahead);
-            set(points[k].closing, here & ahead & (gap + h * (u_n - (0.5 * h) * falls_freely) <= 0.0));
+            set(points[k].closing, here & ahead & (gap + h * (u_n - (0.5 * h) * free_fall) <= 0.0));
             // What overlaps by more than the tolerance is pushed apart no faster than a fall by as much: it would be thrown. A
             // feature that overlaps by more than its pair did parts to that within a step.
             const Real kept = max(gap, real(-rules.band));
