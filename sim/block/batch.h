@@ -51,7 +51,7 @@ struct BatchPoint {
     unsigned edges;    ///< bit l: crossing edges touch there
     unsigned wandered; ///< bit l: once in this interval the touch of edges or of a rim has wandered too far; see wander_share
     unsigned ahead;    ///< bit l: speculative, placed before its impact
-    unsigned closing;  ///< bit l: an impact: without impulses its gap would close in this interval
+    unsigned closing;  ///< bit l: an impact: without impulses, and where the block touches without a fall, its gap would close
 };
 
 /// Eight blocks in lanes. The frame of a block: t_1, t_2, n at the mean contact point, in the plane of the contact that
