@@ -252,7 +252,9 @@ void Blocks::plan_batches(std::span<const Place> places) {
 std::size_t Blocks::lay_out(const Bodies& bodies, std::size_t first_block) {
     const std::size_t first_batch = batches.size();
     islands_.clear();
-    plan_batches(coloured(bodies, first_block));
+    if (first_block < blocks.size()) {
+        plan_batches(coloured(bodies, first_block));
+    }
     return first_batch;
 }
 

@@ -366,7 +366,6 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
             break;
         }
         if (report.passes == 0) {
-            joints_.prepare(bodies, joints);
             joints_.target_rest();
             kinematic_ = bodies.kinematic.empty() ? std::vector<Velocity>{} : kinematic_velocity(bodies);
             joint_work_ = 0.0;

@@ -37,8 +37,8 @@ struct CollisionReport {
 /// impact (e = 0) until it does not.
 class CollisionSolver {
 public:
-    /// memory: holds the blocks of a pass; of others in between.
-    explicit CollisionSolver(Blocks& memory) : loop_(memory) {}
+    /// memory: holds the blocks of a pass; of others in between. joints: as they are prepared at the instant.
+    CollisionSolver(Blocks& memory, JointSolver& joints) : loop_(memory), joints_(joints) {}
 
     /// Contacts up to this gap [m] collide too: where an impact has stopped the step, those that would touch next
     /// to at once are one impact with it, whatever the order in which rounding makes them touch.
@@ -106,7 +106,7 @@ private:
     std::vector<Velocity> kinematic_; ///< kinematic_velocity(); empty where there are none
     double joint_work_ = 0.0;  ///< [J] of all impulses of joints so far
     double work_ = 0.0;        ///< [J] that kinematic bodies do in the pass
-    JointSolver joints_;
+    JointSolver& joints_;
 };
 
 } // namespace sim

@@ -12,6 +12,8 @@ public:
     void set_workers(Workers* workers) { workers_ = workers; }
     /// Of its first group, from prepare() to the end of the step; in between their memory serves collisions.
     Blocks& blocks() { return groups_.front().contacts.loop; }
+    /// Of the scene's joints, the same.
+    JointSolver& joints() { return joints_; }
 
     /// Groups of all contacts of `pairs` at the poses of `bodies`, which the first solve() warm-starts. `bodies.velocity` are
     /// those at t0 before any resting impulse; h [s] is the interval, settings.time_step that of a whole step.

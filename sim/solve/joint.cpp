@@ -5,6 +5,9 @@
 
 #include <Eigen/SparseCholesky>
 
+#include <algorithm>
+#include <utility>
+
 namespace sim {
 namespace {
 
@@ -25,10 +28,9 @@ constexpr std::uint64_t mode_seed = 1;
 struct JointSolver::Factor {
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt;
     Eigen::SparseMatrix<double> matrix;
-    std::vector<Eigen::Triplet<double>> entries;
+    std::vector<Eigen::Triplet<double>> entries; ///< of the lower triangle, those that are not always 0
     Eigen::VectorXd right_side;
     Eigen::VectorXd impulse;
-    bool has_pattern = false;
 };
 
 JointSolver::JointSolver() = default;
@@ -37,12 +39,16 @@ JointSolver::JointSolver(JointSolver&&) noexcept = default;
 JointSolver& JointSolver::operator=(JointSolver&&) noexcept = default;
 
 void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
-    rows_.clear();
+    const std::vector<Row> before = std::exchange(rows_, {});
     has_motors_ = has_springs_ = false;
     for (std::size_t i = 0; i < joints.size(); ++i) {
         add_rows(bodies, joints[i], static_cast<int>(i));
     }
-    is_factored_ = false;
+    const auto couples_alike = [](const Row& x, const Row& y) {
+        return x.axis == y.axis && x.arm_a == y.arm_a && x.arm_b == y.arm_b && x.turn_a == y.turn_a && x.turn_b == y.turn_b &&
+               x.softness == y.softness && x.is_out == y.is_out;
+    };
+    is_factored_ = is_factored_ && std::ranges::equal(rows_, before, couples_alike);
 }
 
 void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index) {
@@ -100,47 +106,52 @@ void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index) 
     }
 }
 
-/// J M^-1 J^T: rows couple where they share a body.
+/// Of J M^-1 J^T; nullopt where the rows share no body that moves.
+std::optional<double> JointSolver::coupling(const Row& x, const Row& y) {
+    std::optional<double> k;
+    const auto add_body = [&](int body_x, double inverse_mass, const Vec3& arm_x, double sign_x, int body_y, const Vec3& turn_y,
+                              double sign_y) {
+        if (body_x == body_y && inverse_mass > 0.0) {
+            k = k.value_or(0.0) + sign_x * sign_y * (inverse_mass * x.axis.dot(y.axis) + arm_x.dot(turn_y));
+        }
+    };
+    add_body(x.a, x.inverse_mass_a, x.arm_a, 1.0, y.a, y.turn_a, 1.0);
+    add_body(x.a, x.inverse_mass_a, x.arm_a, 1.0, y.b, y.turn_b, -1.0);
+    add_body(x.b, x.inverse_mass_b, x.arm_b, -1.0, y.a, y.turn_a, 1.0);
+    add_body(x.b, x.inverse_mass_b, x.arm_b, -1.0, y.b, y.turn_b, -1.0);
+    return k;
+}
+
+/// J M^-1 J^T. Which rows couple is found once: a scene's joints stay what they are.
 void JointSolver::factorise() {
     is_factored_ = true;
-    if (!factor_) {
+    const bool is_first = !factor_;
+    if (is_first) {
         factor_ = std::make_unique<Factor>();
     }
     Factor& f = *factor_;
-    f.entries.clear();
     const auto count = static_cast<int>(rows_.size());
-    for (int i = 0; i < count; ++i) {
-        const Row& x = rows_[static_cast<std::size_t>(i)];
+    const auto row = [&](int i) -> const Row& { return rows_[static_cast<std::size_t>(i)]; };
+    for (int i = 0; is_first && i < count; ++i) {
         for (int j = 0; j <= i; ++j) {
-            const Row& y = rows_[static_cast<std::size_t>(j)];
-            double k = 0.0;
-            bool coupled = false;
-            const auto add_body = [&](int body_x, double inverse_mass, const Vec3& arm_x, double sign_x,
-                                      int body_y, const Vec3& turn_y, double sign_y) {
-                if (body_x == body_y && inverse_mass > 0.0) {
-                    k += sign_x * sign_y * (inverse_mass * x.axis.dot(y.axis) + arm_x.dot(turn_y));
-                    coupled = true;
-                }
-            };
-            add_body(x.a, x.inverse_mass_a, x.arm_a, 1.0, y.a, y.turn_a, 1.0);
-            add_body(x.a, x.inverse_mass_a, x.arm_a, 1.0, y.b, y.turn_b, -1.0);
-            add_body(x.b, x.inverse_mass_b, x.arm_b, -1.0, y.a, y.turn_a, 1.0);
-            add_body(x.b, x.inverse_mass_b, x.arm_b, -1.0, y.b, y.turn_b, -1.0);
-            if (i == j) {
-                k = x.is_out ? 1.0 : (1.0 + regularisation) * k + x.softness;
-            } else if (x.is_out || y.is_out) {
-                k = 0.0;
-            }
-            if (coupled) {
-                f.entries.emplace_back(i, j, k);
+            if (coupling(row(i), row(j))) {
+                f.entries.emplace_back(i, j);
             }
         }
     }
+    for (Eigen::Triplet<double>& entry : f.entries) {
+        const auto [i, j] = std::pair(entry.row(), entry.col());
+        const Row& x = row(i);
+        double k = x.is_out || row(j).is_out ? 0.0 : *coupling(x, row(j));
+        if (i == j) {
+            k = x.is_out ? 1.0 : (1.0 + regularisation) * k + x.softness;
+        }
+        entry = {i, j, k};
+    }
     f.matrix.resize(count, count);
     f.matrix.setFromTriplets(f.entries.begin(), f.entries.end());
-    if (!f.has_pattern) {
+    if (is_first) {
         f.ldlt.analyzePattern(f.matrix);
-        f.has_pattern = true;
     }
     f.ldlt.factorize(f.matrix);
     CHECK(f.ldlt.info() == Eigen::Success);
@@ -160,9 +171,9 @@ double JointSolver::missing_of(const Row& row, std::span<const Velocity> velocit
 
 void JointSolver::take_out_drives(bool is_out) {
     for (Row& row : rows_) {
-        row.is_out = row.is_drive() && is_out;
+        const bool was_out = std::exchange(row.is_out, row.is_drive() && is_out);
+        is_factored_ = is_factored_ && row.is_out == was_out;
     }
-    is_factored_ = is_factored_ && !has_motors_ && !has_springs_;
 }
 
 void JointSolver::target_rest() {

@@ -15,6 +15,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 
 namespace sim {
 
@@ -26,7 +27,7 @@ public:
     JointSolver(JointSolver&&) noexcept;
     JointSolver& operator=(JointSolver&&) noexcept;
 
-    /// Sets up the rows at the poses of `bodies`; J M^-1 J^T is factored when it is first needed.
+    /// Sets up the rows at the poses of `bodies`; J M^-1 J^T is factored when it is first needed, and where it has changed.
     void prepare(const Bodies& bodies, std::span<const Joint> joints);
 
     bool empty() const { return rows_.empty(); }
@@ -124,6 +125,7 @@ private:
     void take_out_drives(bool is_out);
     const Eigen::VectorXd& close(std::span<Velocity> velocity);
     static void apply(const Row& row, double p, std::span<Velocity> velocity);
+    static std::optional<double> coupling(const Row& x, const Row& y);
     void factorise();
 
     std::vector<Row> rows_;

@@ -90,8 +90,7 @@ struct WorldState {
     ContactSearch search;
     ContactSolver contact_solver;
     Repair repair;
-    CollisionSolver collision_solver{contact_solver.blocks()};
-    JointSolver joint_rows; ///< at the present poses, for what the last impulses owe
+    CollisionSolver collision_solver{contact_solver.blocks(), contact_solver.joints()};
     EnergyWatch energy;
     std::vector<ContactSnapshot> impacts; ///< kept since they were last asked for
 

@@ -215,6 +215,7 @@ void WorldState::find_contacts(StepReport& report) {
 void WorldState::resolve_collisions(StepReport& report) {
     const StageClock clock(report, Stage::collisions);
     after_collisions = bodies.velocity;
+    JointSolver& joint_rows = contact_solver.joints(); // for what the last impulses owe, then for collisions
     joint_rows.prepare(bodies, joints);
     apply_half_kicks(bodies, connected, search.pairs, after_collisions);
     joint_rows.add_owed(joints, after_collisions);

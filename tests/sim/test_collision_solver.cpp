@@ -34,7 +34,8 @@ struct Impacts {
     CollisionReport resolve() {
         velocity = bodies.velocity;
         Blocks memory;
-        CollisionSolver solver(memory);
+        JointSolver joints;
+        CollisionSolver solver(memory, joints);
         solver.most_sweeps = most_sweeps;
         solver.lost = lost;
         return solver.resolve(bodies, pairs, {}, settings, velocity);
