@@ -163,6 +163,21 @@ void print_scene(const char* name, const sim::SceneDef& scene, int steps) {
     std::fflush(stdout);
 }
 
+/// A chain that hangs from the world and swings down.
+std::string chain(int links) {
+    std::string text;
+    for (int i = 0; i < links; ++i) {
+        const double end = 0.14 * i;
+        const std::string other = i > 0 ? fmt::format(", \"link {}\"", i - 1) : "";
+        text += fmt::format("[[body]]\nname = \"link {}\"\nshape = {{ kind = \"capsule\", radius = 0.02, length = 0.1 }}\n"
+                            "position = [{}, 0, 0]\neuler_degrees = [0, 90, 0]\n",
+                            i, end + 0.07);
+        text += fmt::format("[[joint]]\nname = \"joint {0}\"\nkind = \"ball\"\nbodies = [\"link {0}\"{1}]\nanchor = [{2}, 0, 0]\n",
+                            i, other, end);
+    }
+    return text;
+}
+
 void print_scenes() {
     std::puts("\n| scene, one thread | steps | ms/step | slowest | sweeps |\n| --- | --- | --- | --- | --- |");
     print_scene("rubble", sim::load_scene(TUMBLE_SCENE_DIR "/rubble.toml"), 3000);
@@ -174,6 +189,7 @@ void print_scenes() {
     print_scene("1000 shapes of four kinds in a tub", sim::parse_scene(laws::tub, "tub.toml", of_1000), 2000);
     const std::vector<std::string> of_128 = {"lattice.piece.count=[4,4,8]", "simulation.velocity_tolerance=1e-7"};
     print_scene("128 of them, at the default tolerances", sim::parse_scene(laws::tub, "tub.toml", of_128), 2500);
+    print_scene("a chain of 300 links", sim::parse_scene(chain(300), "chain.toml"), 500);
 }
 
 /// The same scene with one thread, two, four and so on, as far as there are cores; in turns, so that what else the machine does
