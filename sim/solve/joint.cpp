@@ -39,6 +39,9 @@ JointSolver::JointSolver(JointSolver&&) noexcept = default;
 JointSolver& JointSolver::operator=(JointSolver&&) noexcept = default;
 
 void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
+    if (joints.empty()) {
+        return;
+    }
     const std::vector<Row> before = std::exchange(rows_, {});
     has_motors_ = has_springs_ = false;
     for (std::size_t i = 0; i < joints.size(); ++i) {

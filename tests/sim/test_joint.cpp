@@ -122,6 +122,25 @@ TEST(joint, two_identical_joints_act_as_one) {
     }
 }
 
+TEST(joint, a_solver_that_is_prepared_again_solves_as_a_new_one) {
+    const Bodies start = random_boxes(9);
+    const std::vector joints{make_joint(definition(JointKind::hinge, 0, 1), start.pose, 2),
+                             make_joint(definition(JointKind::ball, 1, -1), start.pose, 2)};
+    JointSolver solver;
+    for (const std::uint64_t poses : {9, 9, 10, 9}) { // also where the bodies have stayed, and the factor has
+        const Bodies bodies = random_boxes(poses);
+        solver.prepare(bodies, joints);
+        solver.target_rest();
+        std::vector<Velocity> velocity = bodies.velocity;
+        solver.solve(velocity);
+        const std::vector<Velocity> expected = at_rest(bodies, joints);
+        for (std::size_t i = 0; i < 2; ++i) {
+            EXPECT_EQ(velocity[i].v, expected[i].v);
+            EXPECT_EQ(velocity[i].w, expected[i].w);
+        }
+    }
+}
+
 TEST(joint, half_kicks_close_the_joints) {
     const Bodies bodies = random_boxes(6);
     std::vector joints{make_joint(definition(JointKind::hinge, 0, 1), bodies.pose, 2)};

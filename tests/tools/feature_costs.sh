@@ -26,7 +26,7 @@ parts='60|friction|bouncing_ball|friction stop_slip share_that_lasts ::slide[(]
 60|compounds|rolling_ball|Compound
 60|gyroscopic term of a ball|rolling_ball|symmetric_rotation
 60|boxes against boxes|bouncing_ball|collide/box_box collide/axes_kernel collide/faces_kernel
-1200|contacts, of a lone body|free_rotation|block/ solve/contact_ solve/rest collide/box_ collide/axes_ collide/faces_ collide/narrow_ collide/convex collide/separating collide/ccd_
+1100|contacts, of a lone body|free_rotation|block/ solve/contact_ solve/rest collide/box_ collide/axes_ collide/faces_ collide/narrow_ collide/convex collide/separating collide/ccd_
 400|collisions, of a lone body|free_rotation|solve/collision_solver'
 
 # FILE:LINE and instructions, of a run of N steps of a scene.
