@@ -79,6 +79,9 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
         line += fmt::format("; gained {:.3g} % of the energy that it turned over", 100.0 * totals.max_energy_gain);
     }
     add_steps(totals.steps_at_iteration_limit, "at the iteration limit");
+    if (const double step = scene.step.time_step.value(); totals.interval() < 0.5 * step) {
+        line += fmt::format("; steps of {:.3g} s were divided into {:.2g} s", step, totals.interval());
+    }
     line += fmt::format("; energy {:.4g} J to {:.4g} J; state {:016x}; in {}\n",
                         summary.start.kinetic_energy + summary.start.potential_energy,
                         summary.end.kinetic_energy + summary.end.potential_energy, summary.state_hash,

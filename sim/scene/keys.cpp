@@ -342,7 +342,8 @@ std::vector<SectionSpec> pattern_sections() {
 SectionSpec joint_section() {
     return {"joint",
      "[[joint]]",
-     "Holds two bodies together, or one in the world. Two bodies in a joint do not touch each other.",
+     "Holds two bodies together, or one in the world. Two bodies in a joint do not touch each other. What hangs straight between two "
+     "ends bears its load by forces without bound, for which steps are divided up to a hundred times: let it sag.",
      {
          {"name", text, "", required_key, "how messages and `--set` call it; unique", any, ""},
          {"kind", choice, "", required_key,

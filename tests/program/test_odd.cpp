@@ -79,6 +79,19 @@ TEST_F(odd, scenes_without_a_dynamic_body_or_any_body) {
     EXPECT_EQ(tumble("check empty.toml").code, 0);
 }
 
+TEST_F(odd, a_chain_without_sag_tells_into_what_its_steps_are_divided) {
+    const std::string link = "shape = { kind = \"box\", size = [0.4, 0.1, 0.1] }\n";
+    const std::string joint = "[[joint]]\nkind = \"ball\"\n";
+    sim::write_file(folder / "taut.toml", "[[body]]\nname = \"a\"\nposition = [0.25, 0, 0]\n" + link +
+                                              "[[body]]\nname = \"b\"\nposition = [0.75, 0, 0]\n" + link + joint +
+                                              "name = \"1\"\nbodies = [\"a\"]\nanchor = [0, 0, 0]\n" + joint +
+                                              "name = \"2\"\nbodies = [\"a\", \"b\"]\nanchor = [0.5, 0, 0]\n" + joint +
+                                              "name = \"3\"\nbodies = [\"b\"]\nanchor = [1, 0, 0]\n");
+    const std::string taut = tumble("simulate taut.toml --set output.duration=0.1").out;
+    EXPECT_NE(taut.find("; steps of 0.001 s were divided into "), std::string::npos) << taut;
+    EXPECT_EQ(tumble("simulate block.toml").out.find("divided"), std::string::npos);
+}
+
 TEST_F(odd, names_with_spaces_quotes_and_letters_of_all_scripts) {
     const std::string name = "Б л\xC3\xB6"
                              "ck 'n' \xE7\xA2\x81";
