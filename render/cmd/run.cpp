@@ -79,7 +79,7 @@ void print_result(const sim::SceneDef& scene, const sim::Summary& summary, bool 
         line += fmt::format("; gained {:.3g} % of the energy that it turned over", 100.0 * totals.max_energy_gain);
     }
     add_steps(totals.steps_at_iteration_limit, "at the iteration limit");
-    if (const double step = scene.step.time_step.value(); totals.interval() < 0.5 * step) {
+    if (const double step = scene.step.time_step.value(); totals.interval() < 0.5 * step) { // mostly, not here and there
         line += fmt::format("; steps of {:.3g} s were divided into {:.2g} s", step, totals.interval());
     }
     line += fmt::format("; energy {:.4g} J to {:.4g} J; state {:016x}; in {}\n",

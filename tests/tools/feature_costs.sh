@@ -13,11 +13,11 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 awk -f "$tools/function_lines.awk" "$tools"/../../sim/*/*.cpp "$tools"/../../sim/*/*.h >"$work/functions"
 
-# most instructions a step (60: some calls and their tests; stages that find nothing to do: their empty loops) | part |
+# most instructions a step (60: some calls and their tests; 400 and 1100: stages that find nothing to do, their empty loops) | part |
 # scene without it, and what is set in it | regular expressions, each without a space: FILE:LINE and SIGNATURE of its functions
-parts='60|friction|bouncing_ball|friction stop_slip share_that_lasts ::slide[(]
+parts='60|friction|bouncing_ball|friction
 60|friction, in batches|tower lattice.box.count=[9,9,1] lattice.box.spacing=[2,2,2] body.floor.friction=0 lattice.box.body.friction=0|block/friction
-60|restitution|tower|keep_energy energy_owed energy_by
+60|energy of collisions|tower|keep_energy energy_owed energy_by
 60|joints|sliding_block|solve/joint drive_work energy_in_springs
 60|springs and motors|pendulum_chain|drive_position target_drive keep_limits spring_energy
 60|kinematic bodies|tower|model/motion model/key_curve kinematic_velocity work_by work_of_pass
