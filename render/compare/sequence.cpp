@@ -56,19 +56,22 @@ void compare_files_of(const Sides& sides, const Settings& settings, const SeePai
                                                                       names.size()));
     std::vector<std::exception_ptr> errors(parts);
     sim::Workers workers(static_cast<int>(parts));
+    const auto compare_frame = [&](std::size_t i, PairMemory& memory) {
+        Frame& frame = result.frames[i];
+        frame.name = names[i];
+        frame.index = numbers.empty() || !result.is_sequence ? static_cast<std::int64_t>(i) : numbers[i];
+        compare_files({path_in(reference, names[i]), path_in(candidate, names[i])}, pair, memory, frame);
+        keep(names[i], memory);
+        if (see) {
+            see(i, memory, frame);
+        }
+    };
     workers.run(parts, [&](std::size_t first, std::size_t last) {
         for (std::size_t part = first; part < last; ++part) {
             try {
                 PairMemory memory;
                 for (std::size_t i = next++; i < names.size() && !settings.is_interrupted(); i = next++) {
-                    Frame& frame = result.frames[i];
-                    frame.name = names[i];
-                    frame.index = numbers.empty() || !result.is_sequence ? static_cast<std::int64_t>(i) : numbers[i];
-                    compare_files({path_in(reference, names[i]), path_in(candidate, names[i])}, pair, memory, frame);
-                    keep(names[i], memory);
-                    if (see) {
-                        see(i, memory, frame);
-                    }
+                    compare_frame(i, memory);
                 }
             } catch (...) {
                 errors[part] = std::current_exception();

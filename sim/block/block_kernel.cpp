@@ -53,7 +53,7 @@ LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<
     }
     const Frame f = frame_of(batch, v);
     const Real3 none{zero, zero, zero};
-    push_bodies(sweep.rows, sweep.velocity, batch, v, f.world(select(v.due, v.force, none)), f.world(select(v.due, v.moment, none)));
+    push_bodies(sweep.rows, sweep.velocity, batch, v, {f.world(select(v.due, v.force, none)), f.world(select(v.due, v.moment, none))});
     put3(batch.seen, {v.twist.u.x, v.twist.u.y, select(v.left > sweep.skip, real(no_point), v.twist.u.z)});
     put3(batch.seen + 3, v.twist.w);
     return select(v.due, v.change, zero);

@@ -55,7 +55,7 @@ LANES_INLINE void extrapolate_lanes(const BatchExtrapolation& work, BlockBatch& 
     }
     lanes.store(batch.seen[2], select(breaks, real(no_point), lanes.load(batch.seen[2])));
     const Frame f = frame_of(batch, lanes);
-    push_bodies(work.rows, work.velocity, batch, lanes, f.world(force), f.world(moment));
+    push_bodies(work.rows, work.velocity, batch, lanes, {f.world(force), f.world(moment)});
 }
 
 } // namespace

@@ -2,8 +2,10 @@
 #include "sim/block/blocks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <utility>
 
 namespace sim {
@@ -11,6 +13,25 @@ namespace {
 
 /// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
 constexpr double most_sliding = 0.05;
+
+/// Bodies beside each body, by places: those of body i are of[begin[i]] and on, up to begin[i + 1].
+struct Neighbours {
+    std::vector<std::size_t> begin;
+    std::vector<std::size_t> of;
+
+    Neighbours(std::size_t count, std::span<const std::array<std::size_t, 2>> between) : begin(count + 1, 0), of(2 * between.size()) {
+        for (const auto& [a, b] : between) {
+            ++begin[a];
+            ++begin[b];
+        }
+        std::partial_sum(begin.begin(), begin.end(), begin.begin());
+        for (const auto& [a, b] : between) {
+            of[--begin[a]] = b;
+            of[--begin[b]] = a;
+        }
+    }
+    std::span<const std::size_t> operator[](std::size_t i) const { return std::span(of).subspan(begin[i], begin[i + 1] - begin[i]); }
+};
 
 } // namespace
 
@@ -26,40 +47,31 @@ void Blocks::find_islands() {
     for (std::size_t i = 0; i < own.size(); ++i) {
         place[static_cast<std::size_t>(own[i])] = static_cast<int>(i);
     }
-    const auto for_each_between = [&](auto&& work) {
-        for (const Block& block : blocks) {
-            if (block.count > 0 && is_dynamic(block.a) && is_dynamic(block.b)) {
-                work(place_of(block.a), place_of(block.b));
-                work(place_of(block.b), place_of(block.a));
-            }
+    std::vector<std::array<std::size_t, 2>> between;
+    for (const Block& block : blocks) {
+        if (block.count > 0 && is_dynamic(block.a) && is_dynamic(block.b)) {
+            between.push_back({place_of(block.a), place_of(block.b)});
         }
-    };
-    std::vector<std::size_t> end(own.size() + 1, 0); // of each body's neighbours, and where they begin once they are in place
-    for_each_between([&](std::size_t body, std::size_t) { ++end[body]; });
-    std::partial_sum(end.begin(), end.end(), end.begin());
-    std::vector<std::size_t> neighbours(end.back());
-    for_each_between([&](std::size_t body, std::size_t other) { neighbours[--end[body]] = other; });
+    }
+    const Neighbours neighbours(own.size(), between);
     std::vector<int> island_of(own.size(), -1); // not seen yet
     std::vector<std::size_t> found; // the bodies of an island
+    const auto add = [&](std::size_t body) {
+        if (island_of[body] < 0) {
+            island_of[body] = static_cast<int>(islands_.size()) - 1;
+            found.push_back(body);
+        }
+    };
     for (std::size_t least = 0; least < own.size(); ++least) {
         if (island_of[least] >= 0) {
             continue;
         }
         Island& island = islands_.emplace_back();
         found.clear();
-        const auto add = [&](std::size_t body) {
-            island_of[body] = static_cast<int>(islands_.size()) - 1;
-            found.push_back(body);
-        };
         add(least);
         for (std::size_t first = 0, last = 1; first < last; first = std::exchange(last, found.size())) {
             for (std::size_t i = first; i < last; ++i) {
-                const std::size_t body = found[i];
-                for (std::size_t k = end[body]; k < end[body + 1]; ++k) {
-                    if (island_of[neighbours[k]] < 0) {
-                        add(neighbours[k]);
-                    }
-                }
+                std::ranges::for_each(neighbours[found[i]], add);
             }
             island.cost += static_cast<double>(last - first) * std::pow(static_cast<double>(found.size() - first), 2);
         }

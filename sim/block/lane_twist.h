@@ -48,29 +48,38 @@ LANES_INLINE Sym3 normal_response(const BlockBatch& batch, Window lanes) {
     return {w(2, 2), w(3, 2), w(4, 2), w(3, 3), w(4, 3), w(4, 4)};
 }
 
-/// Gives the bodies in the lanes `moves` a wrench. rows: as the interval begins; velocity: rows as in BatchSweep; p, moment:
-/// impulse [N s] at r [m] from the body's centre, and moment about that point [N m s].
-LANES_INLINE void push(const BodyRows* rows, double* velocity, const int* body, unsigned moves, const Real3& r, const Real3& p,
-                       const Real3& moment) {
+/// (P, L): an impulse [N s], and its moment [N m s] about a block's centre.
+struct Wrench {
+    Real3 force, moment;
+};
+
+/// One body of each of the blocks, where it moves; r: from its centre to the block's [m].
+struct Pushed {
+    const int* body;
+    unsigned moves;
+    Real3 r;
+};
+
+/// Gives the bodies a wrench. rows: as the interval begins; velocity: rows as in BatchSweep.
+LANES_INLINE void push(const BodyRows* rows, double* velocity, const Pushed& to, const Wrench& by) {
     Real m[8];
-    gather([&](int l) { return rows[body[l]].x; }, m);
-    const Real3 dv = m[0] * p;
-    const Real3 dw = Sym3{m[1], m[2], m[3], m[4], m[5], m[6]} * (cross(r, p) + moment);
+    gather([&](int l) { return rows[to.body[l]].x; }, m);
+    const Real3 dv = m[0] * by.force;
+    const Real3 dw = Sym3{m[1], m[2], m[3], m[4], m[5], m[6]} * (cross(to.r, by.force) + by.moment);
     const Real zero = real(0.0);
     Real change[8] = {dv.x, dv.y, dv.z, dw.x, dw.y, dw.z, zero, zero};
     scatter(change, [&](int l, int place, const Real& numbers) {
-        if ((moves >> l & 1u) != 0) {
-            double* row = velocity + 8 * body[l] + place;
+        if ((to.moves >> l & 1u) != 0) {
+            double* row = velocity + 8 * to.body[l] + place;
             store(row, load(row) + numbers);
         }
     });
 }
 
-/// Gives both bodies of the blocks a wrench: a impulse p [N s] and moment [N m s] about the block's centre, b the opposite.
-LANES_INLINE void push_bodies(const BodyRows* rows, double* velocity, const BlockBatch& batch, Window lanes, const Real3& p,
-                              const Real3& moment) {
-    push(rows, velocity, batch.a + lanes.first, batch.moves_a >> lanes.first, lanes.load3(batch.r_a), p, moment);
-    push(rows, velocity, batch.b + lanes.first, batch.moves_b >> lanes.first, lanes.load3(batch.r_b), -p, -moment);
+/// Gives body a of the blocks a wrench, and b the opposite.
+LANES_INLINE void push_bodies(const BodyRows* rows, double* velocity, const BlockBatch& batch, Window lanes, const Wrench& by) {
+    push(rows, velocity, {batch.a + lanes.first, batch.moves_a >> lanes.first, lanes.load3(batch.r_a)}, by);
+    push(rows, velocity, {batch.b + lanes.first, batch.moves_b >> lanes.first, lanes.load3(batch.r_b)}, {-by.force, -by.moment});
 }
 
 } // namespace

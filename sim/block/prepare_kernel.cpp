@@ -19,8 +19,8 @@ LANES_INLINE Real3 tangent_of(const Real3& n) {
 }
 
 /// Centre, frame and points of the blocks of these lanes, whose bodies have the rows a and b.
-LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, BatchPoint* points, Window lanes, const Real* a,
-                        const Real* b) {
+LANES_INLINE void place(const BatchPreparation& preparation, BlockBatch& batch, Window lanes, const Real* a, const Real* b) {
+    BatchPoint* points = preparation.points + batch.first;
     const Real zero = real(0.0);
     Real3 on_a[block_size];
     Real gap[block_size];
@@ -131,7 +131,7 @@ LANES_INLINE void prepare(const BatchPreparation& preparation, BlockBatch& batch
     Real b[16];
     gather_two(preparation.rows->x, batch.a + lanes.first, a);
     gather_two(preparation.rows->x, batch.b + lanes.first, b);
-    place(preparation, batch, points, lanes, a, b);
+    place(preparation, batch, lanes, a, b);
     const Frame f = frame_of(batch, lanes);
     const Real3 frame[3] = {f.t1, f.t2, f.n};
     Real response[21];

@@ -33,7 +33,7 @@ LANES_INLINE void find_axes(const AxesSearch& search, Window lanes) {
     const Boxes a = gather_boxes(search.boxes, search.a + lanes.first);
     const Boxes b = gather_boxes(search.boxes, search.b + lanes.first);
     const Real3 b_to_a = a.centre - b.centre;
-    const Mask all = real(0.0) == real(0.0);
+    const Mask all = ~nowhere();
     Real rotation[3][3];
     Real absolute[3][3];
     Real t_a[3];

@@ -70,9 +70,10 @@ FoundContact edge_contact(const PlacedBox& a, const PlacedBox& b, const AxisChoi
     return contact;
 }
 
-/// The contacts of two faces. choice: the axis of the reference, which is a face of a or of b.
-void face_contacts(const PlacedBox& a, const PlacedBox& b, bool is_a, const AxisChoice& choice, const FaceCorners& corners,
+/// The contacts of two faces. choice: the axis of the reference.
+void face_contacts(const PlacedBox& a, const PlacedBox& b, const AxisChoice& choice, const FaceCorners& corners,
                    const ContactList& to) {
+    const bool is_a = corners.is_of_a;
     const PlacedBox& reference = is_a ? a : b;
     const PlacedBox& incident = is_a ? b : a;
     const double outward = is_a ? -choice.side : choice.side; // n is from b to a
@@ -138,6 +139,7 @@ void add_to(FaceClip& clip, int a, int b, const BoxAxes& axes, FaceCorners& corn
     clip.axis.x[lane] = face.index;
     clip.outward.x[lane] = is_a ? -face.side : face.side;
     clip.corners[lane] = &corners;
+    corners.is_of_a = is_a;
 }
 
 void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axes, const ContactList& to) {
@@ -159,21 +161,21 @@ void box_box_contacts(const PlacedBox& a, const PlacedBox& b, const BoxAxes& axe
     const AxisChoice face_b = axes.face_b();
     const AxisChoice edges = axes.edges();
     const double slack = slack_of(a.row, b.row);
-    const bool is_a = reference_is_a(axes, slack);
+    const AxisChoice& reference = corners.is_of_a ? face_a : face_b;
     const Vec3 normal_a = axes_of(a.row).col(face_a.index) * face_a.side;
     const Vec3 normal_b = axes_of(b.row).col(face_b.index) * face_b.side;
     const std::size_t first = contacts.size();
     if (edges.separation <= std::max(face_a.separation, face_b.separation) + slack) {
-        face_contacts(a, b, is_a, is_a ? face_a : face_b, corners, to);
+        face_contacts(a, b, reference, corners, to);
         if (std::abs(face_a.separation - face_b.separation) <= slack) {
             take_middle_normal(a, b, normal_a + normal_b, std::span(contacts).subspan(first));
         }
         return;
     }
     FoundContact crossing = edge_contact(a, b, edges, to.id_base);
-    const Vec3& normal = is_a ? normal_a : normal_b;
+    const Vec3& normal = corners.is_of_a ? normal_a : normal_b;
     if (crossing.at.n.dot(normal) >= nearly_parallel) {
-        face_contacts(a, b, is_a, is_a ? face_a : face_b, corners, to);
+        face_contacts(a, b, reference, corners, to);
         // The crossing edges keep the faces' corners apart, which lie beyond the other face's rim.
         for (FoundContact& corner : std::span(contacts).subspan(first)) {
             corner.feature.allowance = std::max(edges.separation - corner.at.gap, 0.0);

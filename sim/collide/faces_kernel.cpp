@@ -69,6 +69,11 @@ struct Stretch {
     }
 };
 
+/// On the incident face.
+struct Place {
+    Real s, t;
+};
+
 /// The corners found, by slots.
 struct Slots {
     unsigned there[slot_count]; ///< a bit for each lane
@@ -84,7 +89,9 @@ struct FacePair {
     Slope x, y, z; ///< along u, v, n of the reference; z: above its face
     Real limit_x, limit_y;
 
-    LANES_INLINE void put(Slots& slots, int slot, const Mask& there, const Real& s, const Real& t, const Real& cut_by) const {
+    /// The place (s, t) on the incident face, where it is there; cut_by: the side of the reference that makes it a corner.
+    LANES_INLINE void put(Slots& slots, int slot, const Mask& there, const Place& place, const Real& cut_by) const {
+        const auto& [s, t] = place;
         slots.there[slot] = bits_of(there);
         slots.s[slot] = s;
         slots.t[slot] = t;
@@ -92,13 +99,6 @@ struct FacePair {
         slots.y[slot] = y.at(s, t);
         slots.gap[slot] = z.at(s, t);
         slots.side[slot] = cut_by;
-    }
-
-    LANES_INLINE void put_ends(Slots& slots, int slot, const Stretch& left, const Mask& low_inside, const Mask& high_inside,
-                               const Real& across, bool along_u) const {
-        const Mask cut = left.low < left.high;
-        put(slots, slot, cut & ~low_inside, along_u ? left.low : across, along_u ? across : left.low, left.low_side);
-        put(slots, slot + 1, cut & ~high_inside, along_u ? left.high : across, along_u ? across : left.high, left.high_side);
     }
 
     LANES_INLINE void find_corners(Slots& slots) const {
@@ -109,7 +109,7 @@ struct FacePair {
                 const Real s = real(2.0 * i - 1.0);
                 const Real t = real(2.0 * j - 1.0);
                 inside[i][j] = (abs(x.at(s, t)) <= limit_x) & (abs(y.at(s, t)) <= limit_y);
-                put(slots, 2 * i + j, inside[i][j], s, t, zero);
+                put(slots, 2 * i + j, inside[i][j], {s, t}, zero);
             }
         }
         for (int i = 0; i < 2; ++i) {
@@ -117,11 +117,15 @@ struct FacePair {
             Stretch along_u;
             along_u.cut(x.centre + across * x.v, 1.0 / x.u, limit_x, positive_u, negative_u);
             along_u.cut(y.centre + across * y.v, 1.0 / y.u, limit_y, positive_v, negative_v);
-            put_ends(slots, 4 + 2 * i, along_u, inside[0][i], inside[1][i], across, true);
+            const Mask has_u = along_u.low < along_u.high;
+            put(slots, 4 + 2 * i, has_u & ~inside[0][i], {along_u.low, across}, along_u.low_side);
+            put(slots, 5 + 2 * i, has_u & ~inside[1][i], {along_u.high, across}, along_u.high_side);
             Stretch along_v;
             along_v.cut(x.centre + across * x.u, 1.0 / x.v, limit_x, positive_u, negative_u);
             along_v.cut(y.centre + across * y.u, 1.0 / y.v, limit_y, positive_v, negative_v);
-            put_ends(slots, 8 + 2 * i, along_v, inside[i][0], inside[i][1], across, false);
+            const Mask has_v = along_v.low < along_v.high;
+            put(slots, 8 + 2 * i, has_v & ~inside[i][0], {across, along_v.low}, along_v.low_side);
+            put(slots, 9 + 2 * i, has_v & ~inside[i][1], {across, along_v.high}, along_v.high_side);
         }
         const Real per_area = 1.0 / (x.u * y.v - y.u * x.v);
         for (int i = 0; i < 2; ++i) {
@@ -130,7 +134,7 @@ struct FacePair {
                 const Real dy = (2.0 * j - 1.0) * limit_y - y.centre;
                 const Real s = (dx * y.v - dy * x.v) * per_area;
                 const Real t = (dy * x.u - dx * y.u) * per_area;
-                put(slots, 12 + 2 * i + j, (abs(s) < 1.0) & (abs(t) < 1.0), s, t, zero);
+                put(slots, 12 + 2 * i + j, (abs(s) < 1.0) & (abs(t) < 1.0), {s, t}, zero);
             }
         }
     }
@@ -164,8 +168,10 @@ LANES_INLINE FacePair face_pair(const FaceClip& clip, Window lanes) {
 }
 
 /// Copies what lane l of these found, in the boxes' own frames.
-void take_lane(const FaceClip& clip, const Slots& slots, Window lanes, int l, int incident_axis, double side) {
+void take_lane(const FaceClip& clip, const FacePair& faces, const Slots& slots, Window lanes, int l) {
     const int pair = lanes.first + l;
+    const auto incident_axis = static_cast<int>(faces.incident_axis[l]);
+    const double side = faces.side[l];
     const PlacedBoxRow& reference = clip.boxes[clip.reference[pair]];
     const PlacedBoxRow& incident = clip.boxes[clip.incident[pair]];
     const auto axis = static_cast<int>(clip.axis.x[pair]);
@@ -197,7 +203,7 @@ void KERNEL(const FaceClip& clip) {
         Slots slots;
         pair.find_corners(slots);
         for (int l = 0; l < width && lanes.first + l < clip.count; ++l) {
-            take_lane(clip, slots, lanes, l, static_cast<int>(pair.incident_axis[l]), pair.side[l]);
+            take_lane(clip, pair, slots, lanes, l);
         }
     }
 }

@@ -67,10 +67,11 @@ FoundContact touch_contact(const Convex& a, const Convex& b, const Touch& ta, co
     return contact;
 }
 
-/// Two lines along which bodies touch: of a round one its axis, of a polytope an edge.
+/// Two lines along which bodies touch, with the normal n there: of a round one its axis, of a polytope an edge.
 struct Lines {
     CoreFeature a;
     CoreFeature b;
+    Vec3 n;
 
     double sine() const { return a.direction.cross(b.direction).norm(); }
 };
@@ -106,7 +107,7 @@ std::optional<Lines> parallel_lines(const Convex& a, const Convex& b, const Sepa
         return std::nullopt;
     }
     const Vec3 axis = has_axis(a) ? a.axis() : b.axis();
-    const Lines lines{line_of(a, best.a, -best.n, axis), line_of(b, best.b, best.n, axis)};
+    const Lines lines{line_of(a, best.a, -best.n, axis), line_of(b, best.b, best.n, axis), best.n};
     const auto lies_across = [&](const CoreFeature& f) {
         return f.kind == Kind::edge && std::abs(f.direction.dot(best.n)) < nearly_parallel_edges;
     };
@@ -116,7 +117,8 @@ std::optional<Lines> parallel_lines(const Convex& a, const Convex& b, const Sepa
 
 /// Contacts at both ends of what two nearly parallel lines share. gap [m]: of the bodies, to which theirs are raised: the ball
 /// that stands for a cylinder's end reaches beyond its rim where it leans.
-void shared_ends(const Convex& a, const Convex& b, const Lines& lines, const Vec3& n, double gap, const ContactList& list) {
+void shared_ends(const Convex& a, const Convex& b, const Lines& lines, double gap, const ContactList& list) {
+    const Vec3& n = lines.n;
     const CoreFeature& ea = lines.a;
     const CoreFeature& eb = lines.b;
     const double cosine = ea.direction.dot(eb.direction);
@@ -167,7 +169,7 @@ void add_raised(FoundContact contact, double least, const ContactList& list) {
 void feature_contacts(const Convex& a, const Convex& b, const SeparatingDirection& best, double gap, const ContactList& list) {
     const std::size_t first = list.contacts.size();
     if (const std::optional<Lines> lines = parallel_lines(a, b, best)) {
-        shared_ends(a, b, *lines, best.n, gap, list);
+        shared_ends(a, b, *lines, gap, list);
         const std::span<const FoundContact> ends = std::span(list.contacts).subspan(first);
         const auto is_lowest = [&](const FoundContact& end) { return end.at.gap <= gap + same_gap * (a.size + b.size); };
         if (!ends.empty() && (lines->sine() < parallel || std::ranges::any_of(ends, is_lowest))) {

@@ -132,7 +132,14 @@ void ContactGroups::add(const Bodies& bodies, const std::vector<PairContacts>& p
                 to.update(bodies, i, nullptr);
             }
             if (!bodies.props[static_cast<std::size_t>(body)].is_static()) {
-                join(bodies, pairs, static_cast<std::size_t>(body), group_of(pair), added, to);
+                const std::size_t into = group_of(pair);
+                int& group = group_of_[static_cast<std::size_t>(body)];
+                if (group < 0) {
+                    group = static_cast<int>(into);
+                    groups_[into].bodies.push_back(static_cast<std::size_t>(body));
+                } else if (static_cast<std::size_t>(group) != into) {
+                    join(bodies, pairs, {static_cast<std::size_t>(group), into}, added, to);
+                }
             }
         }
     }
@@ -155,19 +162,10 @@ void ContactGroups::add(const Bodies& bodies, const std::vector<PairContacts>& p
     }
 }
 
-/// A body, with its group, if it has one, becomes part of a group; or that of its group, which may be larger. added: pairs that
-/// are to follow.
-void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t body, std::size_t into,
+/// Two groups become one, the larger of them. added: pairs that are to follow.
+void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::pair<std::size_t, std::size_t> both,
                          std::span<const int> added, Prediction& to) {
-    if (group_of_[body] < 0) {
-        group_of_[body] = static_cast<int>(into);
-        groups_[into].bodies.push_back(body);
-        return;
-    }
-    auto from = static_cast<std::size_t>(group_of_[body]);
-    if (from == into) {
-        return;
-    }
+    auto [from, into] = both;
     const auto rank = [&](std::size_t i) { return std::pair(groups_[i].has_joints, groups_[i].pairs.size()); };
     if (rank(from) > rank(into)) {
         std::swap(from, into);

@@ -95,7 +95,7 @@ private:
     int find_islands(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
                      std::span<const std::size_t> solved);
     std::size_t group_of(const PairContacts& pair) const;
-    void join(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::size_t body, std::size_t into,
+    void join(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::pair<std::size_t, std::size_t> both,
               std::span<const int> added, Prediction& to);
 
     std::shared_ptr<BlockBodies> block_bodies_ = std::make_shared<BlockBodies>();

@@ -103,7 +103,8 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
     group.contacts.loop.may_give_way = may_give_way;
     RestRules rules = rules_;
     rules.is_halved = std::ranges::any_of(group.bodies, [&](std::size_t i) { return groups_.wedged()[i]; });
-    group.contacts.begin(bodies, pairs, group.pairs, settings_, rules, to_, change_);
+    group.contacts.follow(settings_, rules);
+    group.contacts.begin(bodies, pairs, group.pairs, to_, change_);
     take_uncertain(group);
     if (group.has_joints) {
         for (const std::size_t i : group.bodies) {

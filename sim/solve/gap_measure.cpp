@@ -59,10 +59,11 @@ struct Displacement {
     bool has_wandered = false; ///< the touch, too far
 };
 
-/// What the interval does to a contact. n: the block's normal; u_t: its tangential velocity after the impulses [m/s]; has_wandered:
-/// the touch, by the poses that were predicted before.
-Displacement displacement(const Interval& of, const FoundContact& contact, const Vec3& n,
-                          const Eigen::Matrix<double, 3, 2>& tangents, const Vec2& u_t, bool has_wandered) {
+/// What the interval does to a contact. frame: the block's t_1, t_2, n; u_t: its tangential velocity after the impulses [m/s];
+/// has_wandered: the touch, by the poses that were predicted before.
+Displacement displacement(const Interval& of, const FoundContact& contact, const Mat3& frame, const Vec2& u_t, bool has_wandered) {
+    const Eigen::Matrix<double, 3, 2> tangents = frame.leftCols<2>();
+    const Vec3 n = frame.col(2);
     const ContactGeometry& start = contact.at;
     const ContactFeature& feature = contact.feature;
     const ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
@@ -132,7 +133,6 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
                             .to_b = to.pose[b],
                             .placed_a = PlacedBody(to.pose[a]),
                             .placed_b = PlacedBody(to.pose[b])};
-    const Eigen::Matrix<double, 3, 2> tangents = frame.frame.leftCols<2>();
     const Vec6 twist = frame.relative_twist(to.velocity);
     double worst = 0.0;
     for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
@@ -140,9 +140,9 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
         BatchPoint& in_lanes = loop.points[at];
         const LanePoint point(in_lanes, lane);
         const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k];
-        const Displacement moved = displacement(interval, manifold.found(contact, interval.from_a, interval.from_b),
-                                                frame.frame.col(2), tangents, point.tangential_velocity(twist),
-                                                (in_lanes.wandered >> lane & 1u) != 0);
+        const Displacement moved =
+            displacement(interval, manifold.found(contact, interval.from_a, interval.from_b), frame.frame,
+                         point.tangential_velocity(twist), (in_lanes.wandered >> lane & 1u) != 0);
         in_lanes.wandered |= static_cast<unsigned>(moved.has_wandered) << lane;
         const double missing = contacts.rest_points[at].gap_target.x[lane] - moved.gap;
         in_lanes.u_n_target.x[lane] = point.normal_velocity(twist) + missing / to.h;

@@ -163,7 +163,7 @@ struct Rest : Window {
             turning = turning + Real3{p_n * y, -(p_n * x), x * p_2 - y * p_1};
         }
         const Frame f = frame_of(batch, *this);
-        push_bodies(work.begin, velocity, batch, *this, f.world(force), f.world(turning));
+        push_bodies(work.begin, velocity, batch, *this, {f.world(force), f.world(turning)});
     }
 
     /// Work [J] of the impulses, where the points move by the twist faster than less(k) [m/s]: along n, t_1, t_2.
@@ -274,7 +274,7 @@ struct Rest : Window {
         if (has_any(block.edges)) {
             const Placed on_a(work.begin, batch.a + first);
             const Placed on_b(work.begin, batch.b + first);
-            edges = Edges(block.crossing + first, on_a, on_b, a, b, n_b);
+            edges = Edges(block.crossing + first, {on_a, a}, {on_b, b}, n_b);
         }
         Real worst = real(-infinity);
         for (int k = 0; k < batch.count; ++k) {

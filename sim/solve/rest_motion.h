@@ -36,6 +36,12 @@ struct Placed {
     }
 };
 
+/// The same bodies, before and after.
+struct Moved {
+    const Placed& from;
+    const Motion& by;
+};
+
 /// Normal of crossing edges.
 LANES_INLINE Real3 edge_normal(const Real3& edge_a, const Real3& edge_b) {
     const Real one = real(1.0);
@@ -53,17 +59,16 @@ struct Edges {
     Real size;  ///< [m] of the smaller body
     LANES_INLINE Edges() {}
     /// rows: their directions in the bodies' frames.
-    LANES_INLINE Edges(const double* const* rows, const Placed& on_a, const Placed& on_b, const Motion& move_a,
-                       const Motion& move_b, const Real3& n_b) {
+    LANES_INLINE Edges(const double* const* rows, const Moved& on_a, const Moved& on_b, const Real3& n_b) {
         Real row[8];
         gather([&](int l) { return rows[l]; }, row);
-        const Real3 a_before = on_a.turn({row[0], row[1], row[2]});
-        const Real3 b_before = on_b.turn({row[3], row[4], row[5]});
-        size = min(on_a.radius, on_b.radius);
-        a = move_a.turn(a_before);
-        b = move_b.turn(b_before);
+        const Real3 a_before = on_a.from.turn({row[0], row[1], row[2]});
+        const Real3 b_before = on_b.from.turn({row[3], row[4], row[5]});
+        size = min(on_a.from.radius, on_b.from.radius);
+        a = on_a.by.turn(a_before);
+        b = on_b.by.turn(b_before);
         n = edge_normal(a, b);
-        lean = n_b - move_b.turn(edge_normal(a_before, b_before));
+        lean = n_b - on_b.by.turn(edge_normal(a_before, b_before));
     }
     /// Is the touch now too far along them? d: of points on them that touched as the interval began. The lines of edges
     /// that are parallel are nowhere near.

@@ -22,11 +22,13 @@ const ContactFeature no_edges;
 
 } // namespace
 
-void RestingContacts::begin(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own,
-                            const StepSettings& settings, const RestRules& rules, Prediction& to,
-                            std::span<Velocity> uncertain) {
+void RestingContacts::follow(const StepSettings& settings, const RestRules& rules) {
     settings_ = settings;
     rules_ = rules;
+}
+
+void RestingContacts::begin(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to,
+                            std::span<Velocity> uncertain) {
     before_ = bodies.velocity.front().v.data();
     end_ = to.rows.data();
     has_two_coefficients_ = false;

@@ -18,11 +18,13 @@ public:
     std::vector<RestPoint> rest_points; ///< [loop.points]
     std::vector<RestBlock> rest_blocks; ///< [loop.batches]
 
+    /// Before begin().
+    void follow(const StepSettings& settings, const RestRules& rules);
     /// Takes the contacts of the pairs `own`, ascending, at the poses of `bodies`; the bodies of `to` get the impulses that
     /// they start from, those in `uncertain` [body_count] the share of them that is. `pairs` and what they hold stay where they are
     /// until store(), but for pairs that are added, or dropped.
-    void begin(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own, const StepSettings& settings,
-               const RestRules& rules, Prediction& to, std::span<Velocity> uncertain);
+    void begin(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const int> own, Prediction& to,
+               std::span<Velocity> uncertain);
 
     /// Adds the contacts of the pairs `added`. at_node [body_count]: velocities at t0, after its collisions; a contact that
     /// approaches faster than the resting threshold even so was not there to collide, and counts as placed before its
