@@ -48,22 +48,46 @@ void set_core(Convex& convex, const Hull& hull) {
     convex.size = hull.polytope->radius;
 }
 
-/// Index of the farthest vertex along u (in the part's frame, scaled).
-int farthest_vertex(const Polytope& polytope, const Vec3& u) {
-    std::size_t best = 0;
-    double height = polytope.vertices[0].dot(u);
-    for (std::size_t i = 1; i < polytope.vertices.size(); ++i) {
-        const double h = polytope.vertices[i].dot(u);
-        best = h > height ? i : best;
-        height = std::max(h, height);
+using Two = double __attribute__((vector_size(16)));
+
+/// Heights of two vertices along u (in the part's frame, scaled).
+Two heights(const Polytope::TwoVertices& of, const Vec3& u) {
+    const auto load = [](const double* from) { return Two{from[0], from[1]}; };
+    return load(of.x) * u.x() + load(of.y) * u.y() + load(of.z) * u.z();
+}
+
+double largest_height(const Polytope& polytope, const Vec3& u) {
+    Two largest = heights(polytope.by_twos[0], u);
+    for (const Polytope::TwoVertices& vertices : polytope.by_twos) {
+        const Two h = heights(vertices, u);
+        largest = largest < h ? h : largest;
     }
-    return static_cast<int>(best);
+    return std::max(largest[0], largest[1]);
+}
+
+/// f(index) for the vertices that are at least so high, ascending, until it returns true.
+template <typename F>
+void for_each_as_high(const Polytope& polytope, const Vec3& u, double height, F&& f) {
+    for (std::size_t i = 0; i < polytope.vertices.size(); i += 2) {
+        const Two h = heights(polytope.by_twos[i / 2], u);
+        if ((h[0] >= height && f(static_cast<int>(i))) ||
+            (h[1] >= height && i + 1 < polytope.vertices.size() && f(static_cast<int>(i + 1)))) {
+            return;
+        }
+    }
 }
 
 /// u in the part's frame, scaled as the vertices are.
 Vec3 in_part(const Convex& convex, const Vec3& u) {
     const Mat3& turn = convex.turn;
     return Vec3(turn.col(0).dot(u), turn.col(1).dot(u), turn.col(2).dot(u)).cwiseProduct(convex.scale);
+}
+
+CoreFeature& add(std::vector<CoreFeature>& features, Kind kind, int index) {
+    CoreFeature& feature = features.emplace_back();
+    feature.kind = kind;
+    feature.index = index;
+    return feature;
 }
 
 void add_axis_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
@@ -106,25 +130,26 @@ void for_each_around(const Polytope::Around& around, std::size_t vertex_count, c
 void add_polytope_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features, bool with_edges) {
     const Polytope& polytope = *convex.polytope;
     const Vec3 local = in_part(convex, u);
-    const double limit = polytope.vertices[static_cast<std::size_t>(farthest_vertex(polytope, local))].dot(local) -
-                         equally_far * convex.size;
-    for (int v = 0; v < static_cast<int>(polytope.vertices.size()); ++v) {
-        if (polytope.vertices[static_cast<std::size_t>(v)].dot(local) >= limit) {
-            features.push_back({Kind::vertex, v, convex.vertex(v), Vec3::Zero(), 0.0, 0.0});
-        }
-    }
+    for_each_as_high(polytope, local, largest_height(polytope, local) - equally_far * convex.size, [&](int v) {
+        add(features, Kind::vertex, v).point = convex.vertex(v);
+        return false;
+    });
     const std::size_t vertex_count = features.size();
     for_each_around(polytope.faces_around, vertex_count, features, [&](int f) {
         const Polytope::Face& face = polytope.faces[static_cast<std::size_t>(f)];
-        features.push_back({Kind::face, f, convex.vertex(face.corner), convex.turned(face.normal), 0.0, 0.0});
+        CoreFeature& feature = add(features, Kind::face, f);
+        feature.point = convex.vertex(face.corner);
+        feature.direction = convex.turned(face.normal);
     });
     if (!with_edges) {
         return;
     }
     for_each_around(polytope.edges_around, vertex_count, features, [&](int e) {
         const Polytope::Edge& edge = polytope.edges[static_cast<std::size_t>(e)];
-        features.push_back({Kind::edge, e, convex.placed(edge.middle), convex.turned(edge.direction), 0.0,
-                            convex.scale.cwiseProduct(edge.direction).norm() * edge.half_length});
+        CoreFeature& feature = add(features, Kind::edge, e);
+        feature.point = convex.placed(edge.middle);
+        feature.direction = convex.turned(edge.direction);
+        feature.length = convex.scale.cwiseProduct(edge.direction).norm() * edge.half_length;
     });
 }
 
@@ -161,12 +186,7 @@ double support_height(const Convex& convex, const Vec3& u) {
     case CoreKind::polytope:
         break;
     }
-    const Vec3 local = in_part(convex, u);
-    double height = convex.polytope->vertices[0].dot(local);
-    for (const Vec3& vertex : convex.polytope->vertices) {
-        height = std::max(height, vertex.dot(local));
-    }
-    return height;
+    return largest_height(*convex.polytope, in_part(convex, u));
 }
 
 Vec3 support_point(const Convex& convex, const Vec3& u) {
@@ -183,22 +203,26 @@ Vec3 support_point(const Convex& convex, const Vec3& u) {
 }
 
 int support_vertex(const Convex& convex, const Vec3& u) {
-    return farthest_vertex(*convex.polytope, in_part(convex, u));
+    const Vec3 local = in_part(convex, u);
+    int farthest = 0;
+    for_each_as_high(*convex.polytope, local, largest_height(*convex.polytope, local), [&](int v) {
+        farthest = v;
+        return true;
+    });
+    return farthest;
 }
 
 Vec3 support_middle(const Convex& convex, const Vec3& u, double slack) {
     if (convex.kind == CoreKind::polytope) {
-        const std::vector<Vec3>& vertices = convex.polytope->vertices;
+        const Polytope& polytope = *convex.polytope;
         const Vec3 local = in_part(convex, u);
-        const double limit = support_height(convex, u) - slack;
         Vec3 sum = Vec3::Zero();
         int count = 0;
-        for (const Vec3& vertex : vertices) {
-            if (vertex.dot(local) >= limit) {
-                sum += vertex;
-                ++count;
-            }
-        }
+        for_each_as_high(polytope, local, largest_height(polytope, local) - slack, [&](int v) {
+            sum += polytope.vertices[static_cast<std::size_t>(v)];
+            ++count;
+            return false;
+        });
         return convex.placed(sum / count);
     }
     const Vec3 axis = convex.axis();

@@ -68,7 +68,9 @@ Ground face_ground(const Convex& convex, const CoreFeature& face, bool is_a) {
     Ground ground{convex.world_from_body, convex.world_from_part.position, face.direction, is_a, face.index, {}};
     ground.point += support_height(convex, face.direction) * face.direction;
     if (convex.kind == CoreKind::polytope) {
-        for (const int v : convex.polytope->faces[static_cast<std::size_t>(face.index)].loop) {
+        const std::vector<int>& loop = convex.polytope->faces[static_cast<std::size_t>(face.index)].loop;
+        ground.rim.reserve(loop.size());
+        for (const int v : loop) {
             ground.rim.push_back(convex.vertex(v));
         }
     } else {
@@ -84,6 +86,8 @@ class Footing {
 public:
     Footing(const Ground& ground, const Convex& convex)
         : ground_(ground), convex_(convex), slack_(aligned_features * convex.size) {
+        sides_.reserve(ground.rim.size());
+        feet_.reserve(usual_feet);
         for (std::size_t i = 0; i < ground.rim.size(); ++i) {
             const Vec3& from = ground.rim[i];
             const Vec3& to = ground.rim[(i + 1) % ground.rim.size()];
@@ -121,6 +125,8 @@ private:
         std::uint64_t before; ///< edge that ends here
         std::uint64_t after;  ///< edge that starts here
     };
+
+    static constexpr std::size_t usual_feet = 8; ///< for time only
 
     /// Edges of the clipping face are numbered from here.
     static constexpr std::uint64_t clipping = 1u << 20;
@@ -211,6 +217,7 @@ private:
         });
         const std::vector<int>& loop = polytope.faces[static_cast<std::size_t>(face)].loop;
         std::vector<Corner> corners;
+        corners.reserve(loop.size() + sides_.size());
         for (std::size_t i = 0; i < loop.size(); ++i) {
             corners.push_back({convex_.vertex(loop[i]), static_cast<std::uint64_t>(loop[(i + loop.size() - 1) % loop.size()]),
                                static_cast<std::uint64_t>(loop[i])});
@@ -221,6 +228,7 @@ private:
     /// Keeps the part of a polygon over the ground (Sutherland & Hodgman 1974).
     void add_clipped(std::vector<Corner> polygon) {
         std::vector<Corner> kept;
+        kept.reserve(polygon.size() + sides_.size());
         for (std::size_t s = 0; s < sides_.size(); ++s) {
             const Side& side = sides_[s];
             kept.clear();
@@ -277,6 +285,9 @@ void ground_contacts(const Ground& ground, const Convex& convex, const ContactLi
     std::vector<FoundContact>& contacts = list.contacts;
     const std::size_t first = contacts.size();
     for (const Foot& foot : Footing(ground, convex).find()) {
+        if (ground.height(foot.core) - foot.radius - foot.rim_radius > 2.0 * list.margin) {
+            continue; // far beyond it
+        }
         // Rims first: what a block's first contact is decides how the others are measured.
         const std::uint64_t group = (ground.is_a ? 1 : 3) + (foot.rim_radius > 0.0 ? 0u : 1u);
         const std::uint64_t id = contact_id(group, static_cast<std::uint64_t>(ground.index), foot.code, 0);

@@ -19,24 +19,26 @@ Vec3 direction_across(const Vec3& along, const Vec3& between) {
 
 /// Do the arc of the normals of an edge of a, turned round, and that of an edge of b meet on the unit sphere?
 bool arcs_cross(const EdgeNormals& of_a, const EdgeNormals& of_b) {
-    const double b_left = of_a.across.dot(of_b.left);
-    const double b_right = of_a.across.dot(of_b.right);
-    const double a_left = -of_b.across.dot(of_a.left);
-    const double a_right = -of_b.across.dot(of_a.right);
-    return b_left * b_right <= parallel_directions && a_left * a_right <= parallel_directions &&
-           (of_a.left + of_a.right).dot(of_b.left + of_b.right) < 1.0;
+    const auto are_beside = [](const EdgeNormals& one, const EdgeNormals& other) {
+        return one.across.dot(other.left) * one.across.dot(other.right) <= parallel_directions;
+    };
+    return are_beside(of_a, of_b) && are_beside(of_b, of_a) && (of_a.left + of_a.right).dot(of_b.left + of_b.right) < 1.0;
 }
 
 } // namespace
 
 void find_edge_normals(const Convex& convex, const std::vector<CoreFeature>& features, std::vector<EdgeNormals>& normals) {
-    normals.assign(features.size(), {});
-    for (std::size_t i = 0; convex.kind == CoreKind::polytope && i < features.size(); ++i) {
+    if (convex.kind != CoreKind::polytope) {
+        normals.assign(features.size(), {});
+        return;
+    }
+    const auto normal_of = [&](int face) { return convex.turned(convex.polytope->faces[static_cast<std::size_t>(face)].normal); };
+    normals.resize(features.size());
+    for (std::size_t i = 0; i < features.size(); ++i) {
         if (features[i].kind == CoreFeature::Kind::edge) {
             const Polytope::Edge& edge = convex.polytope->edges[static_cast<std::size_t>(features[i].index)];
-            const Vec3& left = convex.polytope->faces[static_cast<std::size_t>(edge.left)].normal;
-            const Vec3& right = convex.polytope->faces[static_cast<std::size_t>(edge.right)].normal;
-            normals[i] = {convex.turned(left), convex.turned(right), convex.turned(left + right), {}};
+            normals[i].left = normal_of(edge.left);
+            normals[i].right = normal_of(edge.right);
             normals[i].across = normals[i].left.cross(normals[i].right);
         }
     }
@@ -52,7 +54,7 @@ Vec3 edge_direction(const CoreFeature& fa, const CoreFeature& fb, const EdgeNorm
         return Vec3::Zero();
     }
     const Vec3 n = cross.normalized();
-    const Vec3 outward = of_b.sum - of_a.sum;
+    const Vec3 outward = (of_b.left + of_b.right) - (of_a.left + of_a.right);
     const double side = outward.isZero(0.0) ? n.dot(between) : n.dot(outward);
     return side >= 0.0 ? n : Vec3(-n);
 }

@@ -4,15 +4,14 @@
 
 namespace sim {
 
-/// Outward normals of the faces that an edge of a polytope joins, their sum and their cross product; world.
+/// Outward normals of the faces that an edge of a polytope joins, and their cross product; world.
 struct EdgeNormals {
     Vec3 left = Vec3::Zero();
     Vec3 right = Vec3::Zero();
-    Vec3 sum = Vec3::Zero();
     Vec3 across = Vec3::Zero();
 };
 
-/// Of those of the features that are edges of a polytope; all zero of the others [features].
+/// Of those of the features that are edges [features]; all zero where no polytope has them.
 void find_edge_normals(const Convex& convex, const std::vector<CoreFeature>& features, std::vector<EdgeNormals>& normals);
 
 /// The unit vector from b to a across both edges, where the arcs of their outward normals, if they have any, cross. Zero: there is

@@ -54,6 +54,7 @@ public:
         : a_(a), b_(b), enough_(enough), slack_(preference * std::max(a.size, b.size)) {
         features_a_.reserve(usual_features);
         features_b_.reserve(usual_features);
+        vertex_pairs_.reserve(usual_features);
     }
 
     double gap(const Vec3& n) const { return core_gap(a_, b_, n); }
@@ -94,16 +95,11 @@ public:
         SeparatingDirection of_a;
         SeparatingDirection of_b;
         of_a.core_gap = of_b.core_gap = none;
-        const auto is_near = [&](const SeparatingDirection& face) {
-            return face.n.dot(best.n) > nearly_flat || bound(face) + slack_ >= best.core_gap;
-        };
-        const auto take_near = [&](SeparatingDirection face, SeparatingDirection& of) {
-            if (is_near(face)) {
-                face.core_gap = gap(face.n);
-                take(of, face);
+        for_each_face([&](const CoreFeature& face, bool is_of_a, const Vec3& n) {
+            if (n.dot(best.n) > nearly_flat || bound(face, is_of_a) + slack_ >= best.core_gap) {
+                take(is_of_a ? of_a : of_b, along_face(face, is_of_a, n));
             }
-        };
-        for_each_face([&](const SeparatingDirection& face) { take_near(face, face.is_face_of_a ? of_a : of_b); });
+        });
         return of_a.core_gap + slack_ >= of_b.core_gap ? of_a : of_b;
     }
 
@@ -149,22 +145,27 @@ private:
     }
 
     /// What any two points of the cores are apart along n is no less than the gap [m].
-    double bound(const SeparatingDirection& face) const {
-        return face.is_face_of_a ? face.n.dot(face.a.point - features_b_.front().point)
-                                 : face.n.dot(features_a_.front().point - face.b.point);
+    double bound(const CoreFeature& face, bool is_of_a) const {
+        return is_of_a ? -face.direction.dot(face.point - features_b_.front().point)
+                       : face.direction.dot(features_a_.front().point - face.point);
     }
 
-    /// f(direction, without its gap).
+    SeparatingDirection along_face(const CoreFeature& face, bool is_of_a, const Vec3& n) const {
+        const double gap_along = gap(n);
+        return is_of_a ? SeparatingDirection{n, gap_along, true, false, face, {}} : SeparatingDirection{n, gap_along, false, true, {}, face};
+    }
+
+    /// f(face, is it of a?, n).
     template <typename F>
     void for_each_face(F&& f) const {
         for (const CoreFeature& face : features_a_) {
             if (face.kind == Kind::face) {
-                f(SeparatingDirection{-face.direction, none, true, false, face, {}});
+                f(face, true, Vec3(-face.direction));
             }
         }
         for (const CoreFeature& face : features_b_) {
             if (face.kind == Kind::face) {
-                f(SeparatingDirection{face.direction, none, false, true, {}, face});
+                f(face, false, face.direction);
             }
         }
     }
@@ -178,7 +179,11 @@ private:
         top_.core_gap = lead_.core_gap = none;
         least_ = least;
         is_proven_ = false;
-        for_each_face([&](const SeparatingDirection& face) { try_face(face); });
+        for_each_face([&](const CoreFeature& face, bool is_of_a, const Vec3& along) {
+            if (!is_proven_ && is_worthwhile(bound(face, is_of_a))) {
+                try_face(along_face(face, is_of_a, along));
+            }
+        });
         try_edges_and_rims();
         try_vertices();
     }
@@ -186,11 +191,7 @@ private:
     double worthwhile() const { return std::max(least_, top_.core_gap); }
     bool is_worthwhile(double bound) const { return bound >= worthwhile(); }
 
-    void try_face(SeparatingDirection face) {
-        if (is_proven_ || !is_worthwhile(bound(face))) {
-            return;
-        }
-        face.core_gap = gap(face.n);
+    void try_face(const SeparatingDirection& face) {
         take(lead_, face);
         take(top_, face);
         const double inside = inside_of_face(face, same_gap * std::max(a_.size, b_.size));
@@ -256,8 +257,8 @@ private:
     template <typename F>
     void for_each_pair(F&& f) const {
         for (std::size_t i = 0; i < features_a_.size(); ++i) {
-            for (std::size_t j = 0; j < features_b_.size(); ++j) {
-                if (features_a_[i].kind != Kind::face && features_b_[j].kind != Kind::face) {
+            for (std::size_t j = 0; features_a_[i].kind != Kind::face && j < features_b_.size(); ++j) {
+                if (features_b_[j].kind != Kind::face) {
                     f(i, j);
                 }
             }

@@ -277,13 +277,20 @@ void connect(Polytope& polytope) {
     polytope.faces_around = around(faces_of);
 }
 
-/// Fills centre and radius from the vertices.
+/// Fills centre, radius and by_twos from the vertices.
 void find_extent(Polytope& polytope) {
+    const std::vector<Vec3>& vertices = polytope.vertices;
     polytope.centre.setZero();
     polytope.radius = 0.0;
-    for (const Vec3& vertex : polytope.vertices) {
-        polytope.centre += vertex / static_cast<double>(polytope.vertices.size());
+    for (const Vec3& vertex : vertices) {
+        polytope.centre += vertex / static_cast<double>(vertices.size());
         polytope.radius = std::max(polytope.radius, vertex.norm());
+    }
+    polytope.by_twos.clear();
+    for (std::size_t i = 0; i < vertices.size(); i += 2) {
+        const Vec3& first = vertices[i];
+        const Vec3& second = vertices[std::min(i + 1, vertices.size() - 1)];
+        polytope.by_twos.push_back({{first.x(), second.x()}, {first.y(), second.y()}, {first.z(), second.z()}});
     }
 }
 

@@ -36,7 +36,13 @@ struct Polytope {
         }
     };
 
+    /// Coordinates of two vertices [m]; the last one stands twice where their number is odd.
+    struct TwoVertices {
+        double x[2], y[2], z[2];
+    };
+
     std::vector<Vec3> vertices; ///< [m]
+    std::vector<TwoVertices> by_twos; ///< the same, for time only
     std::vector<Edge> edges;
     std::vector<Face> faces;
     Around edges_around;
