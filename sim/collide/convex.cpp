@@ -77,10 +77,14 @@ void for_each_as_high(const Polytope& polytope, const Vec3& u, double height, F&
     }
 }
 
-/// u in the part's frame, scaled as the vertices are.
-Vec3 in_part(const Convex& convex, const Vec3& u) {
+Vec3 in_frame_of_part(const Convex& convex, const Vec3& u) {
     const Mat3& turn = convex.turn;
-    return Vec3(turn.col(0).dot(u), turn.col(1).dot(u), turn.col(2).dot(u)).cwiseProduct(convex.scale);
+    return {turn.col(0).dot(u), turn.col(1).dot(u), turn.col(2).dot(u)};
+}
+
+/// The same, scaled as the vertices are.
+Vec3 in_part(const Convex& convex, const Vec3& u) {
+    return in_frame_of_part(convex, u).cwiseProduct(convex.scale);
 }
 
 CoreFeature& add(std::vector<CoreFeature>& features, Kind kind, int index) {
@@ -88,6 +92,13 @@ CoreFeature& add(std::vector<CoreFeature>& features, Kind kind, int index) {
     feature.kind = kind;
     feature.index = index;
     return feature;
+}
+
+void add_face(const Convex& convex, int index, std::vector<CoreFeature>& features) {
+    const Polytope::Face& face = convex.polytope->faces[static_cast<std::size_t>(index)];
+    CoreFeature& feature = add(features, Kind::face, index);
+    feature.point = convex.vertex(face.corner);
+    feature.direction = convex.turned(face.normal);
 }
 
 void add_axis_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features) {
@@ -135,12 +146,7 @@ void add_polytope_features(const Convex& convex, const Vec3& u, std::vector<Core
         return false;
     });
     const std::size_t vertex_count = features.size();
-    for_each_around(polytope.faces_around, vertex_count, features, [&](int f) {
-        const Polytope::Face& face = polytope.faces[static_cast<std::size_t>(f)];
-        CoreFeature& feature = add(features, Kind::face, f);
-        feature.point = convex.vertex(face.corner);
-        feature.direction = convex.turned(face.normal);
-    });
+    for_each_around(polytope.faces_around, vertex_count, features, [&](int f) { add_face(convex, f, features); });
     if (!with_edges) {
         return;
     }
@@ -242,6 +248,21 @@ void near_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>
         add_polytope_features(convex, u, features, with_edges);
     } else {
         add_axis_features(convex, u, features);
+    }
+}
+
+void faces_along(const Convex& convex, const Vec3& u, double cosine, std::vector<CoreFeature>& features) {
+    features.clear();
+    if (convex.kind == CoreKind::cylinder) {
+        add_axis_features(convex, u, features);
+        std::erase_if(features, [&](const CoreFeature& f) { return f.kind != Kind::face || f.direction.dot(u) <= cosine; });
+    } else if (convex.kind == CoreKind::polytope) {
+        const Vec3 local = in_frame_of_part(convex, u);
+        for (std::size_t f = 0; f < convex.polytope->faces.size(); ++f) {
+            if (convex.polytope->faces[f].normal.dot(local) > cosine) {
+                add_face(convex, static_cast<int>(f), features);
+            }
+        }
     }
 }
 

@@ -62,4 +62,7 @@ struct CoreFeature {
 /// edges, too.
 void near_features(const Convex& convex, const Vec3& u, std::vector<CoreFeature>& features, bool with_edges = true);
 
+/// Faces whose outward directions are nearer to u than this [-] (cosine).
+void faces_along(const Convex& convex, const Vec3& u, double cosine, std::vector<CoreFeature>& features);
+
 } // namespace sim

@@ -309,9 +309,9 @@ void drop_at(std::size_t first, std::size_t feet, double distance, std::vector<F
 
 } // namespace
 
-void convex_contacts(const Convex& a, const Convex& b, const ContactList& list) {
+void convex_contacts(const Convex& a, const Convex& b, const ContactList& list, const Vec3* near) {
     const double rounding = a.rounding + b.rounding;
-    const Separation found = find_separation(a, b, list.margin + rounding);
+    const Separation found = find_separation(a, b, list.margin + rounding, near);
     const double gap = found.best.core_gap - rounding;
     if (found.is_beyond || gap > list.margin) {
         return;

@@ -5,7 +5,8 @@
 
 namespace sim {
 
-void convex_contacts(const Convex& a, const Convex& b, const ContactList& list);
+/// near: see find_separation().
+void convex_contacts(const Convex& a, const Convex& b, const ContactList& list, const Vec3* near);
 
 /// Unit vector from b to a along which they are farthest apart, or least deep in each other; of parts that are well apart one along
 /// which they are.

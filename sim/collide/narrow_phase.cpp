@@ -72,6 +72,7 @@ double reach_of(const PrimitiveShape& part) {
 struct Collector {
     double margin = 0.0;
     std::vector<FoundContact>* contacts = nullptr; ///< null: separation only
+    std::span<const Contact> known; ///< of the pair, before
     double separation = std::numeric_limits<double>::infinity();
     Vec3 n = Vec3::Zero(); ///< along which it was found, if between convex parts
 
@@ -80,7 +81,8 @@ struct Collector {
 
     void add_convex(const Convex& a, const Convex& b, std::uint64_t id_base) {
         if (contacts != nullptr) {
-            convex_contacts(a, b, {margin, id_base, *contacts});
+            const auto before = std::ranges::find(known, id_base >> part_id_shift, [](const Contact& c) { return c.id >> part_id_shift; });
+            convex_contacts(a, b, {margin, id_base, *contacts}, before == known.end() ? nullptr : &before->at.n);
         } else {
             const Vec3 direction = separating_direction(a, b);
             const double apart = convex_separation(a, b, direction);
@@ -284,9 +286,10 @@ void sort_by_id(std::vector<FoundContact>& contacts) {
 
 } // namespace
 
-void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, std::vector<FoundContact>& contacts) {
+void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, std::vector<FoundContact>& contacts,
+                   std::span<const Contact> known) {
     contacts.clear();
-    Collector out{.margin = margin, .contacts = &contacts};
+    Collector out{.margin = margin, .contacts = &contacts, .known = known};
     collect(a, b, out);
     sort_by_id(contacts);
 }

@@ -13,8 +13,9 @@ struct PlacedShape {
 
 /// All contacts of a pair with gap <= margin [m], ordered by feature id. a and b are the bodies' indices.
 /// contacts of the result may be empty. A full face or edge manifold for box against box and box against
-/// plane.
-void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, std::vector<FoundContact>& contacts);
+/// plane. known: those of the pair a little before, near which the search begins, for time only.
+void find_contacts(const PlacedShape& a, const PlacedShape& b, double margin, std::vector<FoundContact>& contacts,
+                   std::span<const Contact> known = {});
 
 /// Signed distance of two shapes [m], exact where they overlap (its negative is the depth of penetration) and
 /// a lower bound of the distance where they are apart. Looks at the shapes anew, without any preference among

@@ -84,6 +84,29 @@ public:
         return best.core_gap <= enough_;
     }
 
+    /// Is the direction of a face or of two edges that is near n known to be the best of all? Then it is `best`.
+    bool ends_near(const Vec3& n) {
+        begin_pass(none);
+        n_.setZero(); // of what meets along n faces only
+        faces_along(a_, -n, nearly_flat, features_a_);
+        faces_along(b_, n, nearly_flat, features_b_);
+        for_each_face([&](const CoreFeature& face, bool is_of_a, const Vec3& along) {
+            if (!is_proven_) {
+                try_face(along_face(face, is_of_a, along));
+            }
+        });
+        if (!is_proven_) {
+            look_along(n);
+            const double most_along = std::sqrt(1.0 - nearly_flat * nearly_flat);
+            const auto leans = [&](const CoreFeature& f) { return f.kind == Kind::edge && std::abs(f.direction.dot(n)) > most_along; };
+            std::erase_if(features_a_, leans);
+            std::erase_if(features_b_, leans);
+            try_edges_and_rims([&](const Vec3& along) { return along.dot(n) > nearly_flat; });
+        }
+        best = is_proven_ ? top_ : best;
+        return is_proven_;
+    }
+
     /// The best direction of a face near `best`, or no worse than it; of a, if one of it is as good as those of b.
     SeparatingDirection face_near_best() {
         if (best.is_face_of_a) {
@@ -175,17 +198,21 @@ private:
     /// apart as the cores along their direction, it is the largest gap of all, and the search is at its end: is_proven_.
     void find_candidates(const Vec3& n, double least) {
         look_along(n);
-        top_ = lead_ = {};
-        top_.core_gap = lead_.core_gap = none;
-        least_ = least;
-        is_proven_ = false;
+        begin_pass(least);
         for_each_face([&](const CoreFeature& face, bool is_of_a, const Vec3& along) {
             if (!is_proven_ && is_worthwhile(bound(face, is_of_a))) {
                 try_face(along_face(face, is_of_a, along));
             }
         });
-        try_edges_and_rims();
+        try_edges_and_rims([](const Vec3&) { return true; });
         try_vertices();
+    }
+
+    void begin_pass(double least) {
+        top_ = lead_ = {};
+        top_.core_gap = lead_.core_gap = none;
+        least_ = least;
+        is_proven_ = false;
     }
 
     double worthwhile() const { return std::max(least_, top_.core_gap); }
@@ -214,7 +241,9 @@ private:
         return disc > 0.0 && height * disc - depth * aside >= depth * std::hypot(height, aside);
     }
 
-    void try_edges_and_rims() {
+    /// Those that it admits.
+    template <typename Admits>
+    void try_edges_and_rims(Admits&& admits) {
         if (is_proven_) {
             return;
         }
@@ -223,12 +252,17 @@ private:
         for_each_pair([&](std::size_t i, std::size_t j) {
             const CoreFeature& fa = features_a_[i];
             const CoreFeature& fb = features_b_[j];
+            const auto try_if_admitted = [&](const Vec3& n) {
+                if (admits(n)) {
+                    try_direction(n, fa, fb);
+                }
+            };
             if (has_rim(fa, fb)) {
                 if (may_be_between_faces(fa, fb, i, j)) {
-                    try_direction(rim_direction(fa, fb, n_), fa, fb);
+                    try_if_admitted(rim_direction(fa, fb, n_));
                 }
             } else if (are_edges(fa, fb)) {
-                try_direction(edge_direction(fa, fb, normals_a_[i], normals_b_[j]), fa, fb);
+                try_if_admitted(edge_direction(fa, fb, normals_a_[i], normals_b_[j]));
             }
         });
     }
@@ -434,10 +468,10 @@ double core_gap(const Convex& a, const Convex& b, const Vec3& n) {
     return n.dot(a.world_from_part.position - b.world_from_part.position) - support_height(a, -n) - support_height(b, n);
 }
 
-Separation find_separation(const Convex& a, const Convex& b, double enough) {
+Separation find_separation(const Convex& a, const Convex& b, double enough, const Vec3* near) {
     Ascent ascent(a, b, enough);
     Separation result;
-    result.is_beyond = !find_best(ascent, a, b);
+    result.is_beyond = near != nullptr && ascent.ends_near(*near) ? ascent.best.core_gap > enough : !find_best(ascent, a, b);
     result.best = ascent.best;
     if (!result.is_beyond) {
         result.best_face = ascent.face_near_best();

@@ -33,8 +33,9 @@ struct Separation {
     bool is_beyond = false;        ///< the search ended early: the gap exceeds `enough`, by best.core_gap at least
 };
 
-/// enough [m]: the search may end where the gap of the cores is known to be larger.
-Separation find_separation(const Convex& a, const Convex& b, double enough);
+/// enough [m]: the search may end where the gap of the cores is known to be larger. near: where it begins, as where it ended in the
+/// last step; null: anywhere.
+Separation find_separation(const Convex& a, const Convex& b, double enough, const Vec3* near);
 
 /// s(n) [m].
 double core_gap(const Convex& a, const Convex& b, const Vec3& n);

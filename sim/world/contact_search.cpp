@@ -94,7 +94,7 @@ void ContactSearch::find_contacts_of(const Candidate& candidate, const FaceCorne
     if (candidate.are_boxes) {
         distances.find_box_contacts(candidate, corners, margin, contacts);
     } else {
-        find_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, margin, contacts);
+        find_contacts({shape_a, bodies_.pose[a]}, {shape_b, bodies_.pose[b]}, margin, contacts, pair.manifold.contacts);
         distances.set_found(candidate, contacts);
     }
     if (pair.manifold.contacts.empty()) {
