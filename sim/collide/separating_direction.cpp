@@ -48,14 +48,28 @@ double inside_of(const Convex& convex, const CoreFeature& face, const Vec3& x) {
     return least;
 }
 
+/// A vertex and another feature.
+struct VertexPair {
+    Vec3 n;
+    double distance; ///< of the features' points along n [m]
+    std::size_t i;   ///< [features_a]
+    std::size_t j;   ///< [features_b]
+};
+
+/// Of a search, kept for the next one.
+struct AscentMemory {
+    std::vector<CoreFeature> features_a;
+    std::vector<CoreFeature> features_b;
+    std::vector<EdgeNormals> normals_a; ///< [features_a]
+    std::vector<EdgeNormals> normals_b;
+    std::vector<VertexPair> vertex_pairs;
+};
+thread_local AscentMemory ascent_memory;
+
 class Ascent {
 public:
     Ascent(const Convex& a, const Convex& b, double enough)
-        : a_(a), b_(b), enough_(enough), slack_(preference * std::max(a.size, b.size)) {
-        features_a_.reserve(usual_features);
-        features_b_.reserve(usual_features);
-        vertex_pairs_.reserve(usual_features);
-    }
+        : a_(a), b_(b), enough_(enough), slack_(preference * std::max(a.size, b.size)) {}
 
     double gap(const Vec3& n) const { return core_gap(a_, b_, n); }
 
@@ -101,7 +115,9 @@ public:
             const auto leans = [&](const CoreFeature& f) { return f.kind == Kind::edge && std::abs(f.direction.dot(n)) > most_along; };
             std::erase_if(features_a_, leans);
             std::erase_if(features_b_, leans);
-            try_edges_and_rims([&](const Vec3& along) { return along.dot(n) > nearly_flat; });
+            const auto is_near = [&](const Vec3& along) { return along.dot(n) > nearly_flat; };
+            try_vertices(is_near);
+            try_edges_and_rims(is_near);
         }
         best = is_proven_ ? top_ : best;
         return is_proven_;
@@ -149,7 +165,6 @@ public:
     SeparatingDirection best;
 
 private:
-    static constexpr std::size_t usual_features = 24; ///< for time only
     static constexpr double none = -std::numeric_limits<double>::infinity();
 
     /// Of equal gaps that without a rim: a rim has the direction of the side that it ends, too, but what touches the side need not
@@ -204,8 +219,9 @@ private:
                 try_face(along_face(face, is_of_a, along));
             }
         });
-        try_edges_and_rims([](const Vec3&) { return true; });
-        try_vertices();
+        const auto all = [](const Vec3&) { return true; };
+        try_edges_and_rims(all);
+        try_vertices(all);
     }
 
     void begin_pass(double least) {
@@ -241,7 +257,7 @@ private:
         return disc > 0.0 && height * disc - depth * aside >= depth * std::hypot(height, aside);
     }
 
-    /// Those that it admits.
+    /// Along the directions that it admits.
     template <typename Admits>
     void try_edges_and_rims(Admits&& admits) {
         if (is_proven_) {
@@ -268,7 +284,8 @@ private:
     }
 
     /// A vertex and another feature, no rim: the two nearest first, which end the search where they are the nearest of all.
-    void try_vertices() {
+    template <typename Admits>
+    void try_vertices(Admits&& admits) {
         if (is_proven_) {
             return;
         }
@@ -277,8 +294,9 @@ private:
             const CoreFeature& fa = features_a_[i];
             const CoreFeature& fb = features_b_[j];
             if (!has_rim(fa, fb) && !are_edges(fa, fb)) {
-                const Vec3 n = direction_of_vertex(fa, fb);
-                vertex_pairs_.push_back({n, n.dot(fa.point - fb.point), i, j});
+                if (const Vec3 n = direction_of_vertex(fa, fb); admits(n)) {
+                    vertex_pairs_.push_back({n, n.dot(fa.point - fb.point), i, j});
+                }
             }
         });
         std::ranges::sort(vertex_pairs_, {}, &VertexPair::distance);
@@ -373,23 +391,16 @@ private:
         return between.norm() > 0.0 ? Vec3(between.stableNormalized()) : Vec3::UnitZ();
     }
 
-    struct VertexPair {
-        Vec3 n;
-        double distance; ///< of the features' points along n [m]
-        std::size_t i;   ///< [features_a_]
-        std::size_t j;   ///< [features_b_]
-    };
-
     const Convex& a_;
     const Convex& b_;
     double enough_;
     double slack_; ///< [m]
     Vec3 n_ = Vec3::UnitZ();
-    std::vector<CoreFeature> features_a_;
-    std::vector<CoreFeature> features_b_;
-    std::vector<EdgeNormals> normals_a_; ///< [features_a_]
-    std::vector<EdgeNormals> normals_b_;
-    std::vector<VertexPair> vertex_pairs_;
+    std::vector<CoreFeature>& features_a_ = ascent_memory.features_a;
+    std::vector<CoreFeature>& features_b_ = ascent_memory.features_b;
+    std::vector<EdgeNormals>& normals_a_ = ascent_memory.normals_a;
+    std::vector<EdgeNormals>& normals_b_ = ascent_memory.normals_b;
+    std::vector<VertexPair>& vertex_pairs_ = ascent_memory.vertex_pairs;
     double least_ = none;
     SeparatingDirection lead_;
     SeparatingDirection top_;
