@@ -98,9 +98,9 @@ public:
         return best.core_gap <= enough_;
     }
 
-    /// Is the direction of a face or of two edges that is near n known to be the best of all? Then it is `best`.
+    /// Is a direction near n that two features define known to be the best of all? Then it is `best`.
     bool ends_near(const Vec3& n) {
-        begin_pass(none);
+        begin_pass(none, &n);
         n_.setZero(); // of what meets along n faces only
         faces_along(a_, -n, nearly_flat, features_a_);
         faces_along(b_, n, nearly_flat, features_b_);
@@ -115,9 +115,8 @@ public:
             const auto leans = [&](const CoreFeature& f) { return f.kind == Kind::edge && std::abs(f.direction.dot(n)) > most_along; };
             std::erase_if(features_a_, leans);
             std::erase_if(features_b_, leans);
-            const auto is_near = [&](const Vec3& along) { return along.dot(n) > nearly_flat; };
-            try_vertices(is_near);
-            try_edges_and_rims(is_near);
+            try_vertices();
+            try_edges_and_rims();
         }
         best = is_proven_ ? top_ : best;
         return is_proven_;
@@ -213,21 +212,22 @@ private:
     /// apart as the cores along their direction, it is the largest gap of all, and the search is at its end: is_proven_.
     void find_candidates(const Vec3& n, double least) {
         look_along(n);
-        begin_pass(least);
+        begin_pass(least, nullptr);
         for_each_face([&](const CoreFeature& face, bool is_of_a, const Vec3& along) {
             if (!is_proven_ && is_worthwhile(bound(face, is_of_a))) {
                 try_face(along_face(face, is_of_a, along));
             }
         });
-        const auto all = [](const Vec3&) { return true; };
-        try_edges_and_rims(all);
-        try_vertices(all);
+        try_edges_and_rims();
+        try_vertices();
     }
 
-    void begin_pass(double least) {
+    /// near: if not null, no directions are tried but those near it.
+    void begin_pass(double least, const Vec3* near) {
         top_ = lead_ = {};
         top_.core_gap = lead_.core_gap = none;
         least_ = least;
+        near_ = near;
         is_proven_ = false;
     }
 
@@ -257,9 +257,7 @@ private:
         return disc > 0.0 && height * disc - depth * aside >= depth * std::hypot(height, aside);
     }
 
-    /// Along the directions that it admits.
-    template <typename Admits>
-    void try_edges_and_rims(Admits&& admits) {
+    void try_edges_and_rims() {
         if (is_proven_) {
             return;
         }
@@ -268,24 +266,18 @@ private:
         for_each_pair([&](std::size_t i, std::size_t j) {
             const CoreFeature& fa = features_a_[i];
             const CoreFeature& fb = features_b_[j];
-            const auto try_if_admitted = [&](const Vec3& n) {
-                if (admits(n)) {
-                    try_direction(n, fa, fb);
-                }
-            };
             if (has_rim(fa, fb)) {
                 if (may_be_between_faces(fa, fb, i, j)) {
-                    try_if_admitted(rim_direction(fa, fb, n_));
+                    try_direction(rim_direction(fa, fb, n_), fa, fb);
                 }
             } else if (are_edges(fa, fb)) {
-                try_if_admitted(edge_direction(fa, fb, normals_a_[i], normals_b_[j]));
+                try_direction(edge_direction(fa, fb, normals_a_[i], normals_b_[j]), fa, fb);
             }
         });
     }
 
     /// A vertex and another feature, no rim: the two nearest first, which end the search where they are the nearest of all.
-    template <typename Admits>
-    void try_vertices(Admits&& admits) {
+    void try_vertices() {
         if (is_proven_) {
             return;
         }
@@ -294,9 +286,8 @@ private:
             const CoreFeature& fa = features_a_[i];
             const CoreFeature& fb = features_b_[j];
             if (!has_rim(fa, fb) && !are_edges(fa, fb)) {
-                if (const Vec3 n = direction_of_vertex(fa, fb); admits(n)) {
-                    vertex_pairs_.push_back({n, n.dot(fa.point - fb.point), i, j});
-                }
+                const Vec3 n = direction_of_vertex(fa, fb);
+                vertex_pairs_.push_back({n, n.dot(fa.point - fb.point), i, j});
             }
         });
         std::ranges::sort(vertex_pairs_, {}, &VertexPair::distance);
@@ -323,6 +314,9 @@ private:
     }
 
     void try_direction(const Vec3& n, const CoreFeature& fa, const CoreFeature& fb) {
+        if (near_ != nullptr && !(n.dot(*near_) > nearly_flat)) {
+            return;
+        }
         const double apart = n.dot(fa.point - fb.point);
         if (is_proven_ || n.isZero(0.0) || !is_worthwhile(apart)) {
             return;
@@ -402,6 +396,7 @@ private:
     std::vector<EdgeNormals>& normals_b_ = ascent_memory.normals_b;
     std::vector<VertexPair>& vertex_pairs_ = ascent_memory.vertex_pairs;
     double least_ = none;
+    const Vec3* near_ = nullptr;
     SeparatingDirection lead_;
     SeparatingDirection top_;
     bool is_proven_ = false;
