@@ -81,7 +81,8 @@ struct Collector {
 
     void add_convex(const Convex& a, const Convex& b, std::uint64_t id_base) {
         if (contacts != nullptr) {
-            const auto before = std::ranges::find(known, id_base >> part_id_shift, [](const Contact& c) { return c.id >> part_id_shift; });
+            const auto parts_of = [](const Contact& contact) { return contact.id >> part_id_shift; };
+            const auto before = std::ranges::find(known, id_base >> part_id_shift, parts_of);
             convex_contacts(a, b, {margin, id_base, *contacts}, before == known.end() ? nullptr : &before->at.n);
         } else {
             const Vec3 direction = separating_direction(a, b);

@@ -188,8 +188,7 @@ private:
     }
 
     SeparatingDirection along_face(const CoreFeature& face, bool is_of_a, const Vec3& n) const {
-        const double gap_along = gap(n);
-        return is_of_a ? SeparatingDirection{n, gap_along, true, false, face, {}} : SeparatingDirection{n, gap_along, false, true, {}, face};
+        return is_of_a ? SeparatingDirection{n, gap(n), true, false, face, {}} : SeparatingDirection{n, gap(n), false, true, {}, face};
     }
 
     /// f(face, is it of a?, n).

@@ -18,7 +18,7 @@ public:
     std::vector<RestPoint> rest_points; ///< [loop.points]
     std::vector<RestBlock> rest_blocks; ///< [loop.batches]
 
-    /// Before begin().
+    /// Before begin(): the rules of the solve.
     void follow(const StepSettings& settings, const RestRules& rules);
     /// Takes the contacts of the pairs `own`, ascending, at the poses of `bodies`; the bodies of `to` get the impulses that
     /// they start from, those in `uncertain` [body_count] the share of them that is. `pairs` and what they hold stay where they are

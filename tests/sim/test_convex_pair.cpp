@@ -113,7 +113,9 @@ void check_pair(const Shape& shape_a, const Pose& a, const Shape& shape_b, const
     const brute::Solid solid_a = solid_of(shape_a, a);
     const brute::Solid solid_b = solid_of(shape_b, b);
     brute::Search expected(solid_a, solid_b);
-    for (const auto& [exchanged, is_known] : {std::pair(false, false), std::pair(true, false), std::pair(false, true), std::pair(true, true)}) {
+    for (const unsigned way : {0u, 1u, 2u, 3u}) {
+        const bool exchanged = (way & 1u) != 0;
+        const bool is_known = (way & 2u) != 0;
         const PlacedShape first = exchanged ? PlacedShape{shape_b, b} : PlacedShape{shape_a, a};
         const PlacedShape second = exchanged ? PlacedShape{shape_a, a} : PlacedShape{shape_b, b};
         std::vector<FoundContact> contacts;
@@ -121,7 +123,7 @@ void check_pair(const Shape& shape_a, const Pose& a, const Shape& shape_b, const
         find_contacts(first, second, margin, contacts, is_known ? contacts_before(first, second, margin) : std::vector<Contact>());
         const double separated = separation(first, second);
         if (contacts.empty()) {
-            ADD_FAILURE() << "no contact, expected a gap of " << expected.gap;
+            ADD_FAILURE() << "no contact, expected a gap of " << expected.gap << (is_known ? ", near where it was" : "");
             return;
         }
         const FoundContact* lowest = &contacts[0];
