@@ -197,9 +197,18 @@ void against_plane(const Shape& shape, const Pose& pose_a, const Pose& pose_b, b
             return;
         }
         const Vec3& half = std::get<Box>(part).half_extents;
+        const Pose& plane = plane_is_b ? pose_b : pose_a;
+        const Pose world_from_part = (plane_is_b ? pose_a : pose_b) * body_from_part;
+        const Vec3 normal = plane.orientation * Vec3::UnitZ();
+        const Vec3 up = world_from_part.orientation.conjugate() * normal;
+        const double middle = normal.dot(world_from_part.position - plane.position);
         for (unsigned corner = 0; corner < 8; ++corner) {
             const Vec3 x((corner & 1u) != 0 ? half.x() : -half.x(), (corner & 2u) != 0 ? half.y() : -half.y(),
                          (corner & 4u) != 0 ? half.z() : -half.z());
+            const double height = middle + up.dot(x);
+            if (height > 0.0 && !out.is_wanted(0.5 * height)) {
+                continue; // too high, however this is rounded
+            }
             out.add(plane_feature(body_from_part * x, 0.0, plane_is_b, id_base + corner), placed_a, placed_b);
         }
     });
