@@ -59,7 +59,7 @@ inline constexpr int most_face_corners = 8;
 
 /// All corners, by ascending ids.
 struct FaceCorners {
-    bool is_of_a = true;   ///< the reference, not of b
+    bool is_of_a = true;   ///< the reference face, not one of b
     int incident_face = 0; ///< of the incident box, most opposed to the reference: 2 * axis + (outward is + ? 0 : 1)
     int count = 0;
     FaceCorner corners[most_face_corners];
