@@ -89,20 +89,42 @@ Vec3 off_the_axes(const RimPair& pair, const Vec3& n) {
     return n;
 }
 
-/// The axis of a rim near n, if s(n) has a peak there: what pulls away from the kink is no more than the radius.
-std::optional<Vec3> peak_near(const RimPair& pair, const Vec3& n) {
-    for (std::size_t i = 0; i < 2; ++i) {
-        if (pair.axis[i].cross(n).norm() < off_axis) {
-            const Vec3 peak = std::copysign(1.0, pair.axis[i].dot(n)) * pair.axis[i];
-            RimPair rest = pair;
-            rest.radius[i] = 0.0;
-            const Vec3 pull = rest.gradient(peak);
-            if ((pull - peak * peak.dot(pull)).norm() <= pair.radius[i]) {
-                return peak;
+/// The axis of a rim near a direction: s(n) has a kink there.
+struct Kink {
+    Vec3 axis;
+    Vec3 pull;     ///< slope of s(n) across the axis, but for what the rim takes away [m]
+    double radius; ///< [m] of the rim: what it takes away in each direction
+
+    bool is_peak() const { return pull.norm() <= radius; }
+
+    /// n, or, where s(n) falls from the axis to n, the place beside the axis to where it rises.
+    Vec3 uphill(const RimPair& pair, const Vec3& n) const {
+        const Vec3 across = n - axis * axis.dot(n);
+        if (pull.dot(across) > radius * across.norm()) {
+            return n;
+        }
+        for (double off = off_axis; off > last_step; off *= 0.5) {
+            const Vec3 next = (axis + off * pull.normalized()).normalized();
+            if (pair.value(next) > pair.value(n)) {
+                return next;
             }
         }
+        return n;
     }
-    return std::nullopt;
+};
+
+/// The nearest.
+std::optional<Kink> kink_near(const RimPair& pair, const Vec3& n) {
+    const std::array<double, 2> sine{pair.axis[0].cross(n).norm(), pair.axis[1].cross(n).norm()};
+    const std::size_t i = sine[0] <= sine[1] ? 0 : 1;
+    if (sine[i] >= off_axis) {
+        return std::nullopt;
+    }
+    const Vec3 axis = std::copysign(1.0, pair.axis[i].dot(n)) * pair.axis[i];
+    RimPair rest = pair;
+    rest.radius[i] = 0.0;
+    const Vec3 pull = rest.gradient(axis);
+    return Kink{axis, pull - axis * axis.dot(pull), pair.radius[i]};
 }
 
 /// Of two rims: local maximum of s(n) from n on.
@@ -110,8 +132,11 @@ Vec3 climbed(const RimPair& pair, Vec3 n) {
     n = off_the_axes(pair, n);
     double length = largest_step;
     for (int i = 0; i < newton_limit && length >= last_step; ++i) {
-        if (const std::optional<Vec3> peak = peak_near(pair, n)) {
-            return *peak;
+        if (const std::optional<Kink> kink = kink_near(pair, n)) {
+            if (kink->is_peak()) {
+                return kink->axis;
+            }
+            n = kink->uphill(pair, n);
         }
         Vec3 step = pair.step(n);
         length = step.norm();

@@ -223,6 +223,20 @@ TEST(convex_pair, sharp_edges_on_rims_agree_with_brute_force) {
     }
 }
 
+/// Upon each other, leaning by little to much, one beside the other by up to its radius: two rims cross, or one lies over the other's end.
+TEST(convex_pair, rims_of_leaning_cylinders_agree_with_brute_force) {
+    Numbers numbers(7);
+    const Cylinder can{0.033, 0.0575};
+    for (int i = 0; i < 60; ++i) {
+        const Pose pose_b = numbers.pose(1.0);
+        const double lean = std::pow(10.0, numbers.between(-4.0, -0.5));
+        const Vec3 beside(numbers.between(-0.03, 0.03), numbers.between(-0.03, 0.03), 0.13);
+        Pose pose_a = pose_b * Pose{beside, turned(Quat::Identity(), lean * numbers.direction())};
+        pose_a = at_gap(can, pose_a, can, pose_b, std::array{5e-5, 3e-3}[static_cast<std::size_t>(i) % 2]);
+        check_pair(can, pose_a, can, pose_b, "cylinders " + std::to_string(i) + " lean " + std::to_string(lean));
+    }
+}
+
 TEST(convex_pair, aligned_poses_agree_with_brute_force) {
     // Turns by multiples of 45 degrees about the axes, exactly and off by little; offsets that put faces, edges and
     // corners opposite each other.
