@@ -19,10 +19,10 @@ Vec3 direction_across(const Vec3& along, const Vec3& between) {
 
 /// Do the arc of the normals of an edge of a, turned round, and that of an edge of b meet on the unit sphere?
 bool arcs_cross(const EdgeNormals& of_a, const EdgeNormals& of_b) {
-    const auto are_beside = [](const EdgeNormals& one, const EdgeNormals& other) {
+    const auto parts = [](const EdgeNormals& one, const EdgeNormals& other) { // the plane of the one arc the ends of the other
         return one.across.dot(other.left) * one.across.dot(other.right) <= parallel_directions;
     };
-    return are_beside(of_a, of_b) && are_beside(of_b, of_a) && (of_a.left + of_a.right).dot(of_b.left + of_b.right) < 1.0;
+    return parts(of_a, of_b) && parts(of_b, of_a) && (of_a.left + of_a.right).dot(of_b.left + of_b.right) < 1.0;
 }
 
 } // namespace

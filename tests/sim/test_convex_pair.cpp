@@ -223,7 +223,8 @@ TEST(convex_pair, sharp_edges_on_rims_agree_with_brute_force) {
     }
 }
 
-/// Upon each other, leaning by little to much, one beside the other by up to its radius: two rims cross, or one lies over the other's end.
+/// Upon each other, leaning by little to much, one beside the other by up to its radius: two rims cross, or one lies over the
+/// other's end.
 TEST(convex_pair, rims_of_leaning_cylinders_agree_with_brute_force) {
     Numbers numbers(7);
     const Cylinder can{0.033, 0.0575};
