@@ -3,6 +3,7 @@
 #include "sim/block/blocks.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/OrderingMethods>
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +16,7 @@ namespace {
 constexpr std::size_t refinements = 8;
 constexpr double least_gain = 0.03;
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Matrix6 = BodyFactors::Matrix6;
 
 Mat3 inverse_inertia_of(const BodyRows& row) {
     Mat3 j;
@@ -187,17 +188,17 @@ void IslandNewton::find_places(const Blocks& loop, const Island& island, std::sp
     for (int i = 0; i < count; ++i) {
         place_of[static_cast<std::size_t>(island.bodies[static_cast<std::size_t>(i)])] = i;
     }
-    entries_.clear();
+    std::vector<Eigen::Triplet<double>> edges;
     for (const Active& active : active_) {
         const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
         const int a = place_of[static_cast<std::size_t>(block.a)];
         const int b = place_of[static_cast<std::size_t>(block.b)];
         if (a >= 0 && b >= 0) {
-            entries_.emplace_back(std::max(a, b), std::min(a, b), 1.0);
+            edges.emplace_back(std::max(a, b), std::min(a, b), 1.0);
         }
     }
     Eigen::SparseMatrix<double> graph(count, count);
-    graph.setFromTriplets(entries_.begin(), entries_.end());
+    graph.setFromTriplets(edges.begin(), edges.end());
     Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
     Eigen::AMDOrdering<int>()(graph.selfadjointView<Eigen::Lower>(), order);
     for (int place = 0; place < count; ++place) {
@@ -205,55 +206,50 @@ void IslandNewton::find_places(const Blocks& loop, const Island& island, std::sp
     }
 }
 
-/// Mass matrix + sum of rows^T rows / compliance, factorised: the equations with the impulses eliminated.
-void IslandNewton::assemble(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island) {
-    const auto count = static_cast<Eigen::Index>(6 * island.bodies.size());
-    std::vector<Matrix6> diagonal(island.bodies.size(), Matrix6::Zero());
+/// Mass matrix + sum of rows^T rows / compliance: the equations with the impulses eliminated. Returns whether it has factors.
+bool IslandNewton::factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island) {
+    const auto places_of = [&](const Active& active) {
+        const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
+        return std::array{place[static_cast<std::size_t>(block.a)], place[static_cast<std::size_t>(block.b)]};
+    };
+    std::vector<std::array<int, 2>> pairs;
+    for (const Active& active : active_) {
+        const std::array pair = places_of(active);
+        if (pair[0] >= 0 && pair[1] >= 0) {
+            pairs.push_back(pair);
+        }
+    }
+    factors_.begin(static_cast<int>(island.bodies.size()), pairs);
     for (const int body : island.bodies) {
         const BodyRows& row = rows[static_cast<std::size_t>(body)];
-        Matrix6& mass = diagonal[static_cast<std::size_t>(place[static_cast<std::size_t>(body)])];
+        Matrix6 mass = Matrix6::Zero();
         mass.topLeftCorner<3, 3>() = Mat3::Identity() / row.x[0];
         mass.bottomRightCorner<3, 3>() = inverse_inertia_of(row).inverse();
+        factors_.add(place[static_cast<std::size_t>(body)], mass);
     }
-    entries_.clear();
-    const auto add_upper = [&](int i, int j, const Matrix6& m) { // i != j: blocks of bodies
-        for (int r = 0; r < 6; ++r) {
-            for (int c = 0; c < 6; ++c) {
-                entries_.emplace_back(6 * i + r, 6 * j + c, m(r, c));
-            }
-        }
-    };
-    for (std::size_t n = 0; n < active_.size(); ++n) {
-        const Block& block = loop.blocks[static_cast<std::size_t>(active_[n].block)];
-        const int a = place[static_cast<std::size_t>(block.a)];
-        const int b = place[static_cast<std::size_t>(block.b)];
+    for (const Active& active : active_) {
+        const auto [a, b] = places_of(active);
+        Matrix6 of_a = Matrix6::Zero();
+        Matrix6 of_b = Matrix6::Zero();
         Matrix6 between = Matrix6::Zero();
-        const auto rows_of = static_cast<std::size_t>(active_[n].normal_rows + active_[n].friction_rows);
-        for (std::size_t k = active_[n].first; k < active_[n].first + rows_of; ++k) {
-            const Row& row = rows_[k];
+        const auto count = static_cast<std::size_t>(active.normal_rows + active.friction_rows);
+        for (const Row& row : std::span(rows_).subspan(active.first, count)) {
             const double per = 1.0 / row.compliance;
-            if (a >= 0) {
-                diagonal[static_cast<std::size_t>(a)] += per * row.of_a * row.of_a.transpose();
-            }
-            if (b >= 0) {
-                diagonal[static_cast<std::size_t>(b)] += per * row.of_b * row.of_b.transpose();
-            }
+            of_a += per * row.of_a * row.of_a.transpose();
+            of_b += per * row.of_b * row.of_b.transpose();
             between += per * row.of_a * row.of_b.transpose();
         }
+        if (a >= 0) {
+            factors_.add(a, of_a);
+        }
+        if (b >= 0) {
+            factors_.add(b, of_b);
+        }
         if (a >= 0 && b >= 0) {
-            a < b ? add_upper(a, b, between) : add_upper(b, a, between.transpose());
+            factors_.add(a, b, between);
         }
     }
-    for (std::size_t i = 0; i < diagonal.size(); ++i) {
-        for (int r = 0; r < 6; ++r) {
-            for (int c = r; c < 6; ++c) {
-                entries_.emplace_back(6 * static_cast<int>(i) + r, 6 * static_cast<int>(i) + c, diagonal[i](r, c));
-            }
-        }
-    }
-    matrix_.resize(count, count);
-    matrix_.setFromTriplets(entries_.begin(), entries_.end());
-    factors_.compute(matrix_);
+    return factors_.factorise();
 }
 
 /// With the present factors; missing: of the targets [rows].
@@ -279,7 +275,8 @@ IslandNewton::Direction IslandNewton::solution(const Blocks& loop, std::span<con
             load.segment<6>(6 * b) += missing[k] / row.compliance * row.of_b;
         }
     });
-    const Eigen::VectorXd change = factors_.solve(load); // of the velocities
+    factors_.solve(load);
+    const Eigen::VectorXd& change = load; // of the velocities
     const auto size = static_cast<Eigen::Index>(rows_.size());
     Direction found{Eigen::VectorXd(size), Eigen::VectorXd(size)};
     for_each([&](const Row& row, Eigen::Index k, int a, int b) {
@@ -435,8 +432,7 @@ int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, 
             add_block(loop, i, least / own, velocity);
         }
         find_places(loop, island, place);
-        assemble(loop, rows, place, island);
-        if (factors_.info() != Eigen::Success) {
+        if (!factorise(loop, rows, place, island)) {
             break;
         }
         if (round == 0) {

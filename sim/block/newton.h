@@ -7,8 +7,7 @@
 /// formulation for frictional contact problems prone to Newton like solution methods").
 #include "sim/model/body.h"
 #include "sim/block/batch.h"
-
-#include <Eigen/SparseCholesky>
+#include "sim/block/body_factors.h"
 
 #include <span>
 #include <vector>
@@ -31,7 +30,7 @@ struct Island {
     std::vector<int> blocks; ///< ascending
 
     double cost = 0.0; ///< [-] of a factorisation, level by level from its least body, in sweeps: a product of two bodies' equations
-                       ///< counts as the visit of a block. A tower's is a few, that of a heap of 160 bodies hundreds
+                       ///< counts as the visit of a block. A tower's is a few, that of a heap of 200 bodies a hundred
     double due = 0.0;  ///< [-] the sweep from which on a step is worth that
     int rounds = 0;    ///< factorisations of the last step
     bool is_served = false;      ///< by steps, of which none was taken back
@@ -84,7 +83,7 @@ private:
     void add_normal_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void find_places(const Blocks& loop, const Island& island, std::span<int> place);
-    void assemble(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island);
+    bool factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island);
     Direction solution(const Blocks& loop, std::span<const int> place, const Island& island, const Eigen::VectorXd& missing);
     double missing_square() const;
     void find_impulses(const Blocks& loop, std::span<const int> place, const Island& island, double enough);
@@ -96,9 +95,7 @@ private:
 
     std::vector<Active> active_;
     std::vector<Row> rows_;
-    std::vector<Eigen::Triplet<double>> entries_;
-    Eigen::SparseMatrix<double> matrix_;
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>> factors_;
+    BodyFactors factors_;
 };
 
 } // namespace sim

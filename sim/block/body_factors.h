@@ -1,0 +1,67 @@
+#pragma once
+/// L D L^T of a sparse symmetric matrix that has six rows and columns a body: one column of bodies after the other, each less the
+/// products of those before it (left-looking; George & Liu 1981, "Computer solution of large sparse positive definite systems"). A
+/// general library goes number by number, which takes ten times as long for a heap.
+#include "sim/block/panel.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace sim {
+
+class BodyFactors {
+public:
+    using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+    /// A matrix of zeros. Bodies go by their places in the order of elimination; pairs: those between which it may have others.
+    void begin(int count, std::span<const std::array<int, 2>> pairs);
+    /// Adds to the block of a body.
+    void add(int body, const Matrix6& added);
+    /// Adds to the block in the rows of body a and the columns of body b, and to its mirror image.
+    void add(int a, int b, const Matrix6& added);
+
+    /// What was added becomes L and D. Returns whether it could: not if a pivot is zero, or no number.
+    bool factorise();
+    /// x = matrix^-1 x [6 a body].
+    void solve(Eigen::VectorXd& x) const;
+
+private:
+    /// Six columns of L: a block on the diagonal, then one for each body below that has any.
+    struct Column {
+        std::vector<int> below;       ///< ascending
+        std::size_t first = 0;        ///< of its numbers, column by column
+        std::array<double, 6> pivots; ///< D
+        int rows() const { return 6 + 6 * static_cast<int>(below.size()); }
+    };
+    /// One before the column under way, that is to be subtracted from the column of its block `next`.
+    struct Waiting {
+        int after = -1; ///< a column that waits for the same one
+        std::size_t next = 0;
+    };
+    using Stride = Eigen::OuterStride<>;
+    using Part = Eigen::Map<Matrix6, 0, Stride>;
+    using ConstPart = Eigen::Map<const Matrix6, 0, Stride>;
+
+    double* numbers(const Column& column) { return numbers_.data() + column.first; }
+    const double* numbers(const Column& column) const { return numbers_.data() + column.first; }
+    /// Its diagonal block, then those below.
+    Part block(const Column& column, std::size_t i) { return Part(numbers(column) + 6 * i, Stride(column.rows())); }
+    ConstPart block(const Column& column, std::size_t i) const { return ConstPart(numbers(column) + 6 * i, Stride(column.rows())); }
+    void find_fill(std::span<const std::array<int, 2>> pairs);
+    void wait(std::size_t column, std::size_t next);
+    void subtract(const Column& before, std::size_t next, const Column& column);
+    bool eliminate(Column& column);
+
+    std::vector<Column> columns_;
+    std::vector<double> numbers_;
+    // Of factorise():
+    std::vector<Waiting> waiting_;  ///< [columns]
+    std::vector<int> first_of_;     ///< [columns] of those that wait for it; -1: none
+    std::vector<int> place_;        ///< [columns] of its block in the column under way
+    std::vector<int> places_;       ///< the same of the blocks of another one
+};
+
+} // namespace sim
