@@ -2,17 +2,44 @@
 
 #include "sim/base/lane_count.h"
 
+#include <Eigen/OrderingMethods>
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace sim {
 
+/// In the graph of bodies, whose edges are a 36th of the matrix's entries.
+void BodyFactors::find_order(int count, std::span<const std::array<int, 2>> pairs) {
+    std::vector<Eigen::Triplet<double>> edges;
+    for (const auto [a, b] : pairs) {
+        edges.emplace_back(std::max(a, b), std::min(a, b), 1.0);
+    }
+    for (int i = 0; i < count; ++i) {
+        edges.emplace_back(i, i, 1.0); // what has none counts as dense, and comes last as it is
+    }
+    Eigen::SparseMatrix<double> graph(count, count);
+    graph.setFromTriplets(edges.begin(), edges.end());
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+    Eigen::AMDOrdering<int>()(graph.selfadjointView<Eigen::Lower>(), order);
+    place_of_.resize(static_cast<std::size_t>(count));
+    columns_.resize(static_cast<std::size_t>(count));
+    for (int place = 0; place < count; ++place) {
+        Column& column = columns_[static_cast<std::size_t>(place)];
+        column.body = order.indices()[place];
+        column.below.clear();
+        place_of_[static_cast<std::size_t>(column.body)] = place;
+    }
+}
+
 /// A column has the blocks of the matrix, and those of the columns of which it is the first one below (their parent in the
 /// elimination tree).
 void BodyFactors::find_fill(std::span<const std::array<int, 2>> pairs) {
-    for (const auto [a, b] : pairs) {
-        columns_[static_cast<std::size_t>(std::min(a, b))].below.push_back(std::max(a, b));
+    for (const auto& [a, b] : pairs) {
+        const auto [first, second] = std::minmax(place_of_[static_cast<std::size_t>(a)], place_of_[static_cast<std::size_t>(b)]);
+        columns_[static_cast<std::size_t>(first)].below.push_back(second);
     }
     for (Column& column : columns_) {
         std::vector<int>& below = column.below;
@@ -26,10 +53,7 @@ void BodyFactors::find_fill(std::span<const std::array<int, 2>> pairs) {
 }
 
 void BodyFactors::begin(int count, std::span<const std::array<int, 2>> pairs) {
-    columns_.resize(static_cast<std::size_t>(count));
-    for (Column& column : columns_) {
-        column.below.clear();
-    }
+    find_order(count, pairs);
     find_fill(pairs);
     std::size_t size = 0;
     for (Column& column : columns_) {
@@ -40,13 +64,20 @@ void BodyFactors::begin(int count, std::span<const std::array<int, 2>> pairs) {
 }
 
 void BodyFactors::add(int body, const Matrix6& added) {
-    block(columns_[static_cast<std::size_t>(body)], 0) += added;
+    block(columns_[static_cast<std::size_t>(place_of_[static_cast<std::size_t>(body)])], 0) += added;
 }
 
 void BodyFactors::add(int a, int b, const Matrix6& added) {
-    const Column& column = columns_[static_cast<std::size_t>(std::min(a, b))];
-    const auto before = std::ranges::lower_bound(column.below, std::max(a, b)) - column.below.begin();
-    block(column, 1 + static_cast<std::size_t>(before)) += a > b ? added : Matrix6(added.transpose());
+    const int row = place_of_[static_cast<std::size_t>(a)];
+    const int place = place_of_[static_cast<std::size_t>(b)];
+    const Column& column = columns_[static_cast<std::size_t>(std::min(row, place))];
+    const auto before = std::ranges::lower_bound(column.below, std::max(row, place)) - column.below.begin();
+    block(column, 1 + static_cast<std::size_t>(before)) += row > place ? added : Matrix6(added.transpose());
+}
+
+std::size_t BodyFactors::size() const {
+    return std::accumulate(columns_.begin(), columns_.end(), std::size_t{0},
+                           [](std::size_t sum, const Column& column) { return sum + column.below.size(); });
 }
 
 /// For the column of its block `next`, if there is one.
@@ -60,12 +91,12 @@ void BodyFactors::wait(std::size_t column, std::size_t next) {
 bool BodyFactors::factorise() {
     waiting_.resize(columns_.size());
     first_of_.assign(columns_.size(), -1);
-    place_.resize(columns_.size());
+    row_.resize(columns_.size());
     for (std::size_t i = 0; i < columns_.size(); ++i) {
-        place_[i] = 0;
-        int place = 0;
-        for (const int body : columns_[i].below) {
-            place_[static_cast<std::size_t>(body)] = ++place;
+        row_[i] = 0;
+        int row = 0;
+        for (const int place : columns_[i].below) {
+            row_[static_cast<std::size_t>(place)] = ++row;
         }
         for (int at = first_of_[i]; at >= 0;) {
             const auto before = static_cast<std::size_t>(at);
@@ -86,17 +117,17 @@ bool BodyFactors::factorise() {
 void BodyFactors::subtract(const Column& before, std::size_t next, const Column& column) {
     const Part left = block(before, 1 + next);
     const Matrix6 factor = left * Eigen::Map<const Eigen::Matrix<double, 6, 1>>(before.pivots.data()).asDiagonal();
-    places_.clear();
-    for (const int body : std::span(before.below).subspan(next)) {
-        places_.push_back(place_[static_cast<std::size_t>(body)]);
+    rows_.clear();
+    for (const int place : std::span(before.below).subspan(next)) {
+        rows_.push_back(row_[static_cast<std::size_t>(place)]);
     }
     subtract_product({.from = left.data(),
                       .from_rows = before.rows(),
-                      .count = static_cast<int>(places_.size()),
+                      .count = static_cast<int>(rows_.size()),
                       .factor = factor.data(), // its columns are the rows of what is multiplied by
                       .to = numbers(column),
                       .to_rows = column.rows(),
-                      .places = places_.data()});
+                      .places = rows_.data()});
 }
 
 /// Once all before it have been subtracted.
@@ -125,28 +156,26 @@ bool BodyFactors::eliminate(Column& column) {
 
 void BodyFactors::solve(Eigen::VectorXd& x) const {
     using Vector6 = Eigen::Matrix<double, 6, 1>;
-    const auto of_body = [&](std::size_t i) { return x.segment<6>(6 * static_cast<Eigen::Index>(i)); };
-    // Calls work(block, the body in whose rows it is) for those below the diagonal.
+    const auto of = [&](const Column& column) { return x.segment<6>(6 * column.body); };
+    // Calls work(block, the column in whose rows it is) for those below the diagonal.
     const auto for_each_below = [&](const Column& column, auto&& work) {
         for (std::size_t k = 0; k < column.below.size(); ++k) {
-            work(block(column, 1 + k), static_cast<std::size_t>(column.below[k]));
+            work(block(column, 1 + k), columns_[static_cast<std::size_t>(column.below[k])]);
         }
     };
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-        const Matrix6 diagonal = block(columns_[i], 0);
-        Vector6 own = of_body(i);
+    for (const Column& column : columns_) {
+        const Matrix6 diagonal = block(column, 0);
+        Vector6 own = of(column);
         diagonal.triangularView<Eigen::UnitLower>().solveInPlace(own);
-        of_body(i) = own;
-        for_each_below(columns_[i], [&](const auto& left, std::size_t body) { of_body(body).noalias() -= left * own; });
+        of(column) = own;
+        for_each_below(column, [&](const auto& left, const Column& below) { of(below).noalias() -= left * own; });
     }
-    for (std::size_t i = columns_.size(); i-- > 0;) {
-        const Matrix6 diagonal = block(columns_[i], 0);
-        Vector6 own = of_body(i).cwiseQuotient(Eigen::Map<const Vector6>(columns_[i].pivots.data()));
-        for_each_below(columns_[i], [&](const auto& left, std::size_t body) {
-            own.noalias() -= left.transpose() * of_body(body);
-        });
+    for (auto column = columns_.rbegin(); column != columns_.rend(); ++column) {
+        const Matrix6 diagonal = block(*column, 0);
+        Vector6 own = of(*column).cwiseQuotient(Eigen::Map<const Vector6>(column->pivots.data()));
+        for_each_below(*column, [&](const auto& left, const Column& below) { own.noalias() -= left.transpose() * of(below); });
         diagonal.transpose().triangularView<Eigen::UnitUpper>().solveInPlace(own);
-        of_body(i) = own;
+        of(*column) = own;
     }
 }
 

@@ -1,7 +1,8 @@
 #pragma once
-/// L D L^T of a sparse symmetric matrix that has six rows and columns a body: one column of bodies after the other, each less the
-/// products of those before it (left-looking; George & Liu 1981, "Computer solution of large sparse positive definite systems"). A
-/// general library goes number by number, which takes ten times as long for a heap.
+/// L D L^T of a sparse symmetric matrix that has six rows and columns a body: one body after the other, its columns less the products
+/// of those before them (left-looking; George & Liu 1981, "Computer solution of large sparse positive definite systems"), in the order
+/// of approximate minimum degree (Amestoy, Davis & Duff 1996). A general library goes number by number, which takes ten times as long
+/// for a heap.
 #include "sim/block/panel.h"
 
 #include <Eigen/Core>
@@ -16,7 +17,7 @@ class BodyFactors {
 public:
     using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-    /// A matrix of zeros. Bodies go by their places in the order of elimination; pairs: those between which it may have others.
+    /// A matrix of zeros; pairs: of bodies between which it may have others.
     void begin(int count, std::span<const std::array<int, 2>> pairs);
     /// Adds to the block of a body.
     void add(int body, const Matrix6& added);
@@ -28,10 +29,14 @@ public:
     /// x = matrix^-1 x [6 a body].
     void solve(Eigen::VectorXd& x) const;
 
+    /// Blocks of L below its diagonal.
+    std::size_t size() const;
+
 private:
-    /// Six columns of L: a block on the diagonal, then one for each body below that has any.
+    /// Of a body, at its place in the order: a block on the diagonal, then those below.
     struct Column {
-        std::vector<int> below;       ///< ascending
+        int body = -1;
+        std::vector<int> below;       ///< places of their bodies, ascending
         std::size_t first = 0;        ///< of its numbers, column by column
         std::array<double, 6> pivots; ///< D
         int rows() const { return 6 + 6 * static_cast<int>(below.size()); }
@@ -50,18 +55,20 @@ private:
     /// Its diagonal block, then those below.
     Part block(const Column& column, std::size_t i) { return Part(numbers(column) + 6 * i, Stride(column.rows())); }
     ConstPart block(const Column& column, std::size_t i) const { return ConstPart(numbers(column) + 6 * i, Stride(column.rows())); }
+    void find_order(int count, std::span<const std::array<int, 2>> pairs);
     void find_fill(std::span<const std::array<int, 2>> pairs);
     void wait(std::size_t column, std::size_t next);
     void subtract(const Column& before, std::size_t next, const Column& column);
     bool eliminate(Column& column);
 
+    std::vector<int> place_of_; ///< [bodies] in the order
     std::vector<Column> columns_;
     std::vector<double> numbers_;
     // Of factorise():
-    std::vector<Waiting> waiting_;  ///< [columns]
-    std::vector<int> first_of_;     ///< [columns] of those that wait for it; -1: none
-    std::vector<int> place_;        ///< [columns] of its block in the column under way
-    std::vector<int> places_;       ///< the same of the blocks of another one
+    std::vector<Waiting> waiting_; ///< [columns]
+    std::vector<int> first_of_;    ///< [columns] of those that wait for it; -1: none
+    std::vector<int> row_;         ///< [columns] which block of the column under way is theirs
+    std::vector<int> rows_;        ///< the same for the blocks of another one
 };
 
 } // namespace sim

@@ -3,7 +3,6 @@
 #include "sim/block/blocks.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/OrderingMethods>
 
 #include <algorithm>
 #include <cmath>
@@ -179,31 +178,6 @@ void IslandNewton::add_block(const Blocks& loop, int index, double mass_share, s
         row.of_b = -of_body(row.twist, frame.frame, frame.r_b);
     }
     active_.push_back(active);
-}
-
-/// Places of the bodies among the unknowns, so that the factors are sparse: by approximate minimum degree (Amestoy, Davis &
-/// Duff 1996) in the graph of bodies, whose edges are a 36th of the entries.
-void IslandNewton::find_places(const Blocks& loop, const Island& island, std::span<int> place_of) {
-    const auto count = static_cast<int>(island.bodies.size());
-    for (int i = 0; i < count; ++i) {
-        place_of[static_cast<std::size_t>(island.bodies[static_cast<std::size_t>(i)])] = i;
-    }
-    std::vector<Eigen::Triplet<double>> edges;
-    for (const Active& active : active_) {
-        const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
-        const int a = place_of[static_cast<std::size_t>(block.a)];
-        const int b = place_of[static_cast<std::size_t>(block.b)];
-        if (a >= 0 && b >= 0) {
-            edges.emplace_back(std::max(a, b), std::min(a, b), 1.0);
-        }
-    }
-    Eigen::SparseMatrix<double> graph(count, count);
-    graph.setFromTriplets(edges.begin(), edges.end());
-    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
-    Eigen::AMDOrdering<int>()(graph.selfadjointView<Eigen::Lower>(), order);
-    for (int place = 0; place < count; ++place) {
-        place_of[static_cast<std::size_t>(island.bodies[static_cast<std::size_t>(order.indices()[place])])] = place;
-    }
 }
 
 /// Mass matrix + sum of rows^T rows / compliance: the equations with the impulses eliminated. Returns whether it has factors.
@@ -420,6 +394,9 @@ int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, 
     std::vector<int>& place = bodies.place;
     const auto inverse_mass = [&](int body) { return rows[static_cast<std::size_t>(body)].x[0]; };
     const double least = inverse_mass(*std::ranges::min_element(island.bodies, {}, inverse_mass));
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        place[static_cast<std::size_t>(island.bodies[i])] = static_cast<int>(i);
+    }
     double enough = 0.0;
     bool is_left = true; // by points or blocks, the active set
     int round = 0;
@@ -431,7 +408,6 @@ int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, 
             const double own = std::max(inverse_mass(block.a), inverse_mass(block.b));
             add_block(loop, i, least / own, velocity);
         }
-        find_places(loop, island, place);
         if (!factorise(loop, rows, place, island)) {
             break;
         }

@@ -82,7 +82,6 @@ private:
     void add_block(const Blocks& loop, int block, double mass_share, std::span<const Velocity> velocity);
     void add_normal_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
-    void find_places(const Blocks& loop, const Island& island, std::span<int> place);
     bool factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island);
     Direction solution(const Blocks& loop, std::span<const int> place, const Island& island, const Eigen::VectorXd& missing);
     double missing_square() const;

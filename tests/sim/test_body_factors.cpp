@@ -83,6 +83,22 @@ TEST(body_factors, a_matrix_of_fewer_bodies_follows_one_of_more) {
     EXPECT_LT((x - Eigen::VectorXd::Ones(12)).norm(), 1e-15);
 }
 
+/// Eliminated first, the body in the middle of a star would connect all others; a chain's bodies from the middle on, the ends of it.
+TEST(body_factors, the_order_of_elimination_keeps_factors_sparse) {
+    constexpr int count = 50;
+    std::vector<std::array<int, 2>> star;
+    std::vector<std::array<int, 2>> chain;
+    for (int i = 1; i < count; ++i) {
+        star.push_back({0, i});
+        chain.push_back({i * 7 % count, (i - 1) * 7 % count});
+    }
+    for (const auto& pairs : {star, chain}) {
+        BodyFactors factors;
+        factors.begin(count, pairs);
+        EXPECT_EQ(factors.size(), pairs.size());
+    }
+}
+
 TEST(body_factors, a_pivot_that_is_zero_or_no_number_is_told) {
     for (const double pivot : {0.0, std::numeric_limits<double>::quiet_NaN()}) {
         BodyFactors factors;
