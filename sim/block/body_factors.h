@@ -1,8 +1,8 @@
 #pragma once
 /// L D L^T of a sparse symmetric matrix that has six rows and columns a body: one body after the other, its columns less the products
 /// of those before them (left-looking; George & Liu 1981, "Computer solution of large sparse positive definite systems"), in the order
-/// of approximate minimum degree (Amestoy, Davis & Duff 1996). A general library goes number by number, which takes ten times as long
-/// for a heap.
+/// of approximate minimum degree (Amestoy, Davis & Duff 1996). A general library goes number by number: where many bodies touch each
+/// other it takes ten times as long, and slowest steps of heaps twice.
 #include "sim/block/panel.h"
 
 #include <Eigen/Core>
