@@ -1,13 +1,9 @@
 #include "sim/block/body_factors.h"
 
-#include "sim/base/lane_count.h"
-
 #include <Eigen/OrderingMethods>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <utility>
 
 namespace sim {
 
@@ -57,14 +53,15 @@ void BodyFactors::begin(int count, std::span<const std::array<int, 2>> pairs) {
     find_fill(pairs);
     std::size_t size = 0;
     for (Column& column : columns_) {
+        column.diagonal.setZero();
         column.first = size;
-        size += 6 * static_cast<std::size_t>(column.rows());
+        size += column.below.size();
     }
-    numbers_.assign(size + lane_count, 0.0); // see subtract_product()
+    below_.assign(size, Matrix6::Zero());
 }
 
 void BodyFactors::add(int body, const Matrix6& added) {
-    block(columns_[static_cast<std::size_t>(place_of_[static_cast<std::size_t>(body)])], 0) += added;
+    columns_[static_cast<std::size_t>(place_of_[static_cast<std::size_t>(body)])].diagonal += added;
 }
 
 void BodyFactors::add(int a, int b, const Matrix6& added) {
@@ -72,109 +69,79 @@ void BodyFactors::add(int a, int b, const Matrix6& added) {
     const int place = place_of_[static_cast<std::size_t>(b)];
     const Column& column = columns_[static_cast<std::size_t>(std::min(row, place))];
     const auto before = std::ranges::lower_bound(column.below, std::max(row, place)) - column.below.begin();
-    block(column, 1 + static_cast<std::size_t>(before)) += row > place ? added : Matrix6(added.transpose());
-}
-
-std::size_t BodyFactors::size() const {
-    return std::accumulate(columns_.begin(), columns_.end(), std::size_t{0},
-                           [](std::size_t sum, const Column& column) { return sum + column.below.size(); });
-}
-
-/// For the column of its block `next`, if there is one.
-void BodyFactors::wait(std::size_t column, std::size_t next) {
-    if (next < columns_[column].below.size()) {
-        const auto row = static_cast<std::size_t>(columns_[column].below[next]);
-        waiting_[column] = {std::exchange(first_of_[row], static_cast<int>(column)), next};
-    }
+    below_[column.first + static_cast<std::size_t>(before)] += row > place ? added : Matrix6(added.transpose());
 }
 
 bool BodyFactors::factorise() {
-    waiting_.resize(columns_.size());
-    first_of_.assign(columns_.size(), -1);
-    row_.resize(columns_.size());
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-        row_[i] = 0;
-        int row = 0;
-        for (const int place : columns_[i].below) {
-            row_[static_cast<std::size_t>(place)] = ++row;
-        }
-        for (int at = first_of_[i]; at >= 0;) {
-            const auto before = static_cast<std::size_t>(at);
-            const auto [after, next] = waiting_[before];
-            subtract(columns_[before], next, columns_[i]);
-            wait(before, next + 1);
-            at = after;
-        }
-        if (!eliminate(columns_[i])) {
+    for (Column& column : columns_) {
+        if (!divide(column)) {
             return false;
         }
-        wait(i, 0);
+        for (std::size_t k = 0; k < column.below.size(); ++k) {
+            subtract(column, k);
+        }
     }
     return true;
 }
 
-/// Takes from a column the product of one before it, from its block `next` on, with that block.
-void BodyFactors::subtract(const Column& before, std::size_t next, const Column& column) {
-    const Part left = block(before, 1 + next);
-    const Matrix6 factor = left * Eigen::Map<const Eigen::Matrix<double, 6, 1>>(before.pivots.data()).asDiagonal();
-    rows_.clear();
-    for (const int place : std::span(before.below).subspan(next)) {
-        rows_.push_back(row_[static_cast<std::size_t>(place)]);
-    }
-    subtract_product({.from = left.data(),
-                      .from_rows = before.rows(),
-                      .count = static_cast<int>(rows_.size()),
-                      .factor = factor.data(), // its columns are the rows of what is multiplied by
-                      .to = numbers(column),
-                      .to_rows = column.rows(),
-                      .places = rows_.data()});
-}
-
-/// Once all before it have been subtracted.
-bool BodyFactors::eliminate(Column& column) {
-    const int rows = column.rows();
+/// Its blocks become those of L and D.
+bool BodyFactors::divide(Column& column) {
+    const std::span below = std::span(below_).subspan(column.first, column.below.size());
+    Matrix6& own = column.diagonal;
     for (int k = 0; k < 6; ++k) {
-        double* const own = numbers(column) + k * rows;
-        const double pivot = own[k];
+        const double pivot = own(k, k);
         if (!(std::abs(pivot) > 0.0)) {
             return false;
         }
-        column.pivots[static_cast<std::size_t>(k)] = pivot;
+        column.pivots[k] = pivot;
         for (int later = k + 1; later < 6; ++later) {
-            double* const other = numbers(column) + later * rows;
-            const double share = own[later] / pivot;
-            for (int row = later; row < rows; ++row) {
-                other[row] -= share * own[row];
+            const double share = own(later, k) / pivot;
+            own.col(later) -= share * own.col(k);
+            for (Matrix6& block : below) {
+                block.col(later) -= share * block.col(k);
             }
         }
-        for (int row = k + 1; row < rows; ++row) {
-            own[row] /= pivot;
+        own.col(k) /= pivot;
+        for (Matrix6& block : below) {
+            block.col(k) /= pivot;
         }
     }
     return true;
 }
 
+/// Takes its products with its k-th block below the diagonal from the column of that.
+void BodyFactors::subtract(const Column& column, std::size_t k) {
+    const std::span below = std::span(below_).subspan(column.first, column.below.size());
+    const Matrix6 factor = column.pivots.asDiagonal() * below[k].transpose();
+    Column& other = columns_[static_cast<std::size_t>(column.below[k])];
+    other.diagonal.noalias() -= below[k].lazyProduct(factor);
+    std::size_t at = 0;
+    for (std::size_t i = k + 1; i < below.size(); ++i) {
+        while (other.below[at] != column.below[i]) {
+            ++at;
+        }
+        below_[other.first + at].noalias() -= below[i].lazyProduct(factor);
+    }
+}
+
 void BodyFactors::solve(Eigen::VectorXd& x) const {
-    using Vector6 = Eigen::Matrix<double, 6, 1>;
     const auto of = [&](const Column& column) { return x.segment<6>(6 * column.body); };
     // Calls work(block, the column in whose rows it is) for those below the diagonal.
     const auto for_each_below = [&](const Column& column, auto&& work) {
         for (std::size_t k = 0; k < column.below.size(); ++k) {
-            work(block(column, 1 + k), columns_[static_cast<std::size_t>(column.below[k])]);
+            work(below_[column.first + k], columns_[static_cast<std::size_t>(column.below[k])]);
         }
     };
     for (const Column& column : columns_) {
-        const Matrix6 diagonal = block(column, 0);
         Vector6 own = of(column);
-        diagonal.triangularView<Eigen::UnitLower>().solveInPlace(own);
+        column.diagonal.triangularView<Eigen::UnitLower>().solveInPlace(own);
         of(column) = own;
-        for_each_below(column, [&](const auto& left, const Column& below) { of(below).noalias() -= left * own; });
+        for_each_below(column, [&](const Matrix6& block, const Column& below) { of(below).noalias() -= block * own; });
     }
     for (auto column = columns_.rbegin(); column != columns_.rend(); ++column) {
-        const Matrix6 diagonal = block(*column, 0);
-        Vector6 own = of(*column).cwiseQuotient(Eigen::Map<const Vector6>(column->pivots.data()));
-        for_each_below(*column, [&](const auto& left, const Column& below) { own.noalias() -= left.transpose() * of(below); });
-        diagonal.transpose().triangularView<Eigen::UnitUpper>().solveInPlace(own);
+        Vector6 own = of(*column).cwiseQuotient(column->pivots);
+        for_each_below(*column, [&](const Matrix6& block, const Column& below) { own.noalias() -= block.transpose() * of(below); });
+        column->diagonal.transpose().triangularView<Eigen::UnitUpper>().solveInPlace(own);
         of(*column) = own;
     }
 }

@@ -1,7 +1,6 @@
 /// Each kernel is compiled for each instruction set (NAME_kernel.cpp -> NAME_kernel_SET); the widest that this processor
 /// can run is taken, or the one that the environment's TUMBLE_KERNELS names: baseline, avx2. All give the same bits.
 #include "sim/block/batch.h"
-#include "sim/block/panel.h"
 #include "sim/collide/box_pairs.h"
 #include "sim/solve/rest_batch.h"
 
@@ -54,7 +53,6 @@ bool has_avx2() {
 CHOOSE_KERNEL(double, block, BatchSweep)
 CHOOSE_KERNEL(void, extrapolate, BatchExtrapolation)
 CHOOSE_KERNEL(void, prepare, BatchPreparation)
-CHOOSE_KERNEL(void, panel, PanelProduct)
 CHOOSE_KERNEL(void, axes, AxesSearch)
 CHOOSE_KERNEL(void, faces, FaceClip)
 CHOOSE_KERNEL(double, rest, RestWork)
@@ -69,10 +67,6 @@ void extrapolate_batches(const BatchExtrapolation& work) {
 
 void prepare_batches(const BatchPreparation& preparation) {
     prepare_kernel()(preparation);
-}
-
-void subtract_product(const PanelProduct& product) {
-    panel_kernel()(product);
 }
 
 double work_on_rest(const RestWork& work) {
