@@ -13,6 +13,10 @@ namespace {
 /// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
 constexpr double most_sliding = 0.05;
 
+/// What a round of Newton's method costs beside its products [sweeps], at least: rows, their matrix and up to sixteen solutions, of one
+/// island as of many. Measured it is up to twenty.
+constexpr double round_cost = 5.0;
+
 /// Bodies beside each body, by places: those of body i are of[begin[i]] and on, up to begin[i + 1].
 struct Neighbours {
     std::vector<std::size_t> begin;
@@ -87,7 +91,7 @@ void Blocks::find_islands() {
         }
     }
     for (Island& island : islands_) {
-        island.cost /= static_cast<double>(island.blocks.size());
+        island.cost = round_cost + island.cost / static_cast<double>(island.blocks.size());
         island.due = first_due(island);
     }
     for (const int body : own) {
@@ -173,7 +177,7 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
 }
 
 /// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s], once its sweeps since one was
-/// enough, in solves before, too, or since the last step, have cost as much as its factorisations: where steps bring nothing, they cost
+/// enough, in solves before, too, or since the last step, have cost as much as its rounds: where steps bring nothing, they cost
 /// little more than the sweeps beside them. It is judged by what the sweeps since then still change, and taken back if that is no less
 /// than before.
 void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
@@ -195,16 +199,16 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
             }
         }
         const double cost = island.cost * static_cast<double>(island.blocks.size()) / static_cast<double>(blocks.size());
-        const double affordable = (budget_ - spent()) / cost; // factorisations
+        const double affordable = (budget_ - spent()) / cost; // rounds
         island.is_served = !island.resists && sweeps_ >= island.due && affordable >= 1.0 &&
                            sliding_share(*this, island) <= most_sliding;
         if (island.is_served) {
             island.is_extrapolated = false;
             island.change = change;
-            island.due = sweeps_ + island.cost;
             save(island, velocity);
             const auto most = static_cast<int>(std::min(affordable, double{most_rounds}));
             island.rounds = newton_.step(*this, island, *bodies_, velocity, most);
+            island.due = sweeps_ + island.rounds * island.cost;
             newton_cost_ += island.rounds * cost;
         }
         if (island.is_served || is_worse) {

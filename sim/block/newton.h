@@ -29,10 +29,10 @@ struct Island {
     std::vector<int> bodies; ///< ascending
     std::vector<int> blocks; ///< ascending
 
-    double cost = 0.0; ///< [-] of a factorisation, level by level from its least body, in sweeps: a product of two bodies' equations
-                       ///< counts as the visit of a block. A tower's is a few, that of a heap of 200 bodies a hundred
+    double cost = 0.0; ///< [-] of a round, in sweeps: `round_cost`, and products of two bodies' equations, level by level from its
+                       ///< least body, each as the visit of a block; a tower's are a few, those of a heap of 200 bodies a hundred
     double due = 0.0;  ///< [-] the sweep from which on a step is worth that
-    int rounds = 0;    ///< factorisations of the last step
+    int rounds = 0;    ///< of the last step: factorisations
     bool is_served = false;      ///< by steps, of which none was taken back
     bool resists = false;        ///< one was: left to sweeps
     bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last

@@ -21,10 +21,6 @@ namespace {
 /// Where an impact stops the step, contacts with a gap up to this share [-] of the tolerance are part of it.
 constexpr double simultaneous_share = 0.1;
 
-/// Largest tolerance [m/s] of the first solve. Of a block that is put down at 99 % of the friction angle the solve leaves a slip
-/// of about the tolerance times the step, and 1e-6 m are asked for in a minute.
-constexpr double first_tolerance = 1e-7;
-
 /// At t = 0. Behind those of the scene the world, for joints that hold a body in it; the search does not see it.
 Bodies all_bodies(const SceneDef& scene) {
     Bodies bodies;
@@ -105,15 +101,10 @@ WorldState::WorldState(const SceneDef& scene, int threads)
 
 /// Contacts and plan of the first step.
 void WorldState::begin() {
-    const StepSettings asked = settings;
     StepReport report;
     find_contacts(report);
     resolve_collisions(report);
-    // Bodies that are put down carry no impulses yet to start from; what the first solve leaves would be a slip.
-    settings.velocity_tolerance = std::min(settings.velocity_tolerance, first_tolerance);
-    settings.iteration_limit *= most_solves;
     plan(report);
-    settings = asked;
     begun_at_limit = report.at_iteration_limit;
     velocity_at_node = contact_solver.velocity_at_node();
     energy.start(bodies, velocity_at_node, settings, energy_in_springs());
