@@ -181,7 +181,7 @@ std::string chain(int links) {
 void print_scenes() {
     std::puts("\n| scene, one thread | steps | ms/step | slowest | sweeps |\n| --- | --- | --- | --- | --- |");
     print_scene("rubble", sim::load_scene(TUMBLE_SCENE_DIR "/rubble.toml"), 3000);
-    print_scene("dominoes", sim::load_scene(TUMBLE_SCENE_DIR "/dominoes.toml"), 6000);
+    print_scene("dominoes", sim::load_scene(TUMBLE_SCENE_DIR "/dominoes.toml"), 12000);
     const std::vector<std::string> of_1000 = {
         "lattice.piece.count=[10,10,10]", "lattice.piece.origin=[-2.34,-2.34,0.4]",
         "lattice.wall_x.spacing=[5.9,1,1]", "lattice.wall_x.origin=[-2.95,0,4]", "lattice.wall_x.body.shape.size=[0.4,12,8]",
