@@ -1,8 +1,8 @@
 #pragma once
 /// L D L^T of a sparse symmetric matrix that has six rows and columns a body: one body is eliminated after the other (George &
 /// Liu 1981, "Computer solution of large sparse positive definite systems"), in the order of approximate minimum degree (Amestoy,
-/// Davis & Duff 1996). A general library goes number by number: heaps take up to a tenth longer, and their slowest
-/// steps up to three times as long.
+/// Davis & Duff 1996). A general library goes number by number: heaps take up to a tenth longer, and their slowest steps two to three
+/// times as long.
 #include <Eigen/Core>
 
 #include <array>

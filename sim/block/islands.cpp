@@ -13,8 +13,8 @@ namespace {
 /// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
 constexpr double most_sliding = 0.05;
 
-/// What a round of Newton's method costs beside its products [sweeps], at least: rows, their matrix and up to sixteen solutions, of one
-/// island as of many. Measured it is up to twenty.
+/// What a round of Newton's method counts beside its products [sweeps]: rows, their matrix and up to sixteen solutions. By trial: they
+/// take as long as some twenty, but at eight what is at rest is found too late (`world.a_tower_of_twenty...`, `law_stack`).
 constexpr double round_cost = 5.0;
 
 /// Bodies beside each body, by places: those of body i are of[begin[i]] and on, up to begin[i + 1].
