@@ -135,6 +135,7 @@ void BlockBodies::begin(const Bodies& bodies, std::span<const std::size_t> which
     rows.resize(count);
     colours.resize(count);
     swept.resize(count);
+    waits.resize(count);
     wedged.resize(count);
     place.resize(count, -1);
     const auto write = [&](std::size_t first, std::size_t last) {
@@ -357,7 +358,6 @@ void Blocks::wake(int budget) {
     softness_ = 0.0;
     for (Island& island : islands_) {
         island.is_served = island.resists = false;
-        island.due = first_due(island);
         island.is_extrapolated = true;
     }
 }

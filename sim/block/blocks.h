@@ -142,7 +142,8 @@ inline constexpr double stall_share = 1e-4;
 struct BlockBodies {
     std::vector<BodyRows> rows;         ///< of bodies in blocks, as the interval begins
     std::vector<std::uint64_t> colours; ///< bit k: a block of colour k moves it
-    std::vector<float> swept;           ///< [-] sweeps since one was enough for its island; from a Newton step in vain on, less its cost
+    std::vector<char> swept;            ///< [bool] one sweep was not enough for its group in the last interval
+    std::vector<NewtonWait> waits;      ///< of its island
     std::vector<char> wedged;           ///< [bool] in the last interval loaded contacts of its group could not part as asked
     std::vector<int> place;             ///< -1; of an island that is looked at, where the body is among its bodies
 
@@ -307,7 +308,7 @@ private:
     void visit_again(const BatchSweep& like, double large);
     void find_islands();
     void solve_stalled(std::span<Velocity> velocity, double skip);
-    double first_due(const Island& island) const;
+    void set_wait(const Island& island, double sweeps);
     double largest_change(const Island& island) const;
     template <typename Work>
     void for_each_point(const Island& island, Work&& work) const;

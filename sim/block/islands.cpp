@@ -13,10 +13,6 @@ namespace {
 /// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
 constexpr double most_sliding = 0.05;
 
-/// What a round of Newton's method counts beside its products [sweeps]: rows, their matrix and up to sixteen solutions. By trial: they
-/// take as long as some twenty, but at eight what is at rest is found too late (`world.a_tower_of_twenty...`, `law_stack`).
-constexpr double round_cost = 5.0;
-
 /// Bodies beside each body, by places: those of body i are of[begin[i]] and on, up to begin[i + 1].
 struct Neighbours {
     std::vector<std::size_t> begin;
@@ -91,17 +87,18 @@ void Blocks::find_islands() {
         }
     }
     for (Island& island : islands_) {
-        island.cost = round_cost + island.cost / static_cast<double>(island.blocks.size());
-        island.due = first_due(island);
+        island.cost /= static_cast<double>(island.blocks.size());
     }
     for (const int body : own) {
         place[static_cast<std::size_t>(body)] = -1;
     }
 }
 
-/// The sweep of a solve from which on a step of Newton's method is worth what it costs.
-double Blocks::first_due(const Island& island) const {
-    return island.cost - bodies_->swept[static_cast<std::size_t>(island.bodies.front())];
+void Blocks::set_wait(const Island& island, double sweeps) {
+    const auto wait = static_cast<float>(sweeps);
+    for (const int body : island.bodies) {
+        bodies_->waits[static_cast<std::size_t>(body)] = {wait, wait};
+    }
 }
 
 /// Largest change [m/s] by the last sweep in the blocks of an island.
@@ -176,10 +173,8 @@ void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
     });
 }
 
-/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s], once its sweeps since one was
-/// enough, in solves before, too, or since the last step, have cost as much as its rounds: where steps bring nothing, they cost
-/// little more than the sweeps beside them. It is judged by what the sweeps since then still change, and taken back if that is no less
-/// than before.
+/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It is judged by what the sweeps
+/// since then still change, and taken back if that is no less than before: the next one waits for its cost, and twice as long as it did.
 void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
     if (islands_.empty()) {
         find_islands();
@@ -194,21 +189,21 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
         if (is_worse) {
             restore(island, velocity);
             island.resists = true;
-            for (const int body : island.bodies) {
-                bodies_->swept[static_cast<std::size_t>(body)] = static_cast<float>(-island.rounds * island.cost);
-            }
+            set_wait(island, 2.0 * island.wait.whole + island.rounds * island.cost);
         }
         const double cost = island.cost * static_cast<double>(island.blocks.size()) / static_cast<double>(blocks.size());
         const double affordable = (budget_ - spent()) / cost; // rounds
-        island.is_served = !island.resists && sweeps_ >= island.due && affordable >= 1.0 &&
+        const NewtonWait wait = bodies_->waits[static_cast<std::size_t>(island.bodies.front())];
+        island.is_served = !island.resists && sweeps_ >= wait.left && affordable >= 1.0 &&
                            sliding_share(*this, island) <= most_sliding;
         if (island.is_served) {
             island.is_extrapolated = false;
             island.change = change;
             save(island, velocity);
+            island.wait = wait;
+            set_wait(island, 0.0);
             const auto most = static_cast<int>(std::min(affordable, double{most_rounds}));
             island.rounds = newton_.step(*this, island, *bodies_, velocity, most);
-            island.due = sweeps_ + island.rounds * island.cost;
             newton_cost_ += island.rounds * cost;
         }
         if (island.is_served || is_worse) {

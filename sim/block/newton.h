@@ -24,15 +24,21 @@ struct LanePoint;
 /// solutions hardly find.
 inline constexpr double compliance = 1e-9;
 
+/// Sweeps [-] that Newton's method is not used for, after a step that was in vain; none after one that helped.
+struct NewtonWait {
+    float whole = 0.0f;
+    float left = 0.0f; ///< in the solves to come
+};
+
 /// Dynamic bodies that contacts connect, and the blocks between them.
 struct Island {
     std::vector<int> bodies; ///< ascending
     std::vector<int> blocks; ///< ascending
 
-    double cost = 0.0; ///< [-] of a round, in sweeps: `round_cost`, and products of two bodies' equations, level by level from its
-                       ///< least body, each as the visit of a block; a tower's are a few, those of a heap of 200 bodies a hundred
-    double due = 0.0;  ///< [-] the sweep from which on a step is worth that
-    int rounds = 0;    ///< of the last step: factorisations
+    double cost = 0.0; ///< [-] of a round, in sweeps: products of two bodies' equations, level by level from its least body, each as
+                       ///< the visit of a block; a tower's are a few, those of a heap of 200 bodies a hundred
+    NewtonWait wait;   ///< before the last step
+    int rounds = 0;    ///< of that: factorisations
     bool is_served = false;      ///< by steps, of which none was taken back
     bool resists = false;        ///< one was: left to sweeps
     bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last

@@ -198,13 +198,17 @@ void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& 
 
 /// Of bodies in no group none.
 void ContactGroups::count_sweeps() {
-    std::vector<float> before(group_of_.size());
-    std::swap(before, block_bodies_->swept);
+    std::vector<NewtonWait> before(group_of_.size());
+    std::swap(before, block_bodies_->waits);
+    block_bodies_->swept.assign(before.size(), false);
     block_bodies_->wedged.assign(before.size(), false);
     for (const ContactGroup& group : groups_) {
         for (const std::size_t i : group.bodies) {
             block_bodies_->wedged[i] = group.is_wedged;
-            block_bodies_->swept[i] = group.sweeps > 1 ? before[i] + static_cast<float>(group.sweeps) : 0.0f;
+            if (group.sweeps > 1) {
+                block_bodies_->swept[i] = true;
+                block_bodies_->waits[i] = {before[i].whole, std::max(before[i].left - static_cast<float>(group.sweeps), 0.0f)};
+            }
         }
     }
 }

@@ -76,8 +76,10 @@ public:
     }
 
     /// [body_count] See BlockBodies.
-    std::vector<float>& swept() { return block_bodies_->swept; }
-    const std::vector<float>& swept() const { return block_bodies_->swept; }
+    std::vector<char>& swept() { return block_bodies_->swept; }
+    const std::vector<char>& swept() const { return block_bodies_->swept; }
+    std::vector<NewtonWait>& waits() { return block_bodies_->waits; }
+    const std::vector<NewtonWait>& waits() const { return block_bodies_->waits; }
     std::vector<char>& wedged() { return block_bodies_->wedged; }
     const std::vector<char>& wedged() const { return block_bodies_->wedged; }
     /// Once all are solved.

@@ -97,7 +97,7 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
         guessed_[i] = to_.velocity[i];
     }
     group.enough = 0.0;
-    const bool was_swept = std::ranges::any_of(group.bodies, [&](std::size_t i) { return groups_.swept()[i] != 0.0f; });
+    const bool was_swept = std::ranges::any_of(group.bodies, [&](std::size_t i) { return groups_.swept()[i]; });
     group.settled = (was_swept ? solved_share : 1.0) * std::min(iteration_tolerance_, settled_change);
     group.sweeps = 0;
     group.contacts.loop.may_give_way = may_give_way;

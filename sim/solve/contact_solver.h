@@ -80,6 +80,7 @@ private:
         archive(solver.to_.pose);
         archive(solver.joints_.mode());
         archive(solver.groups_.swept());
+        archive(solver.groups_.waits());
         archive(solver.groups_.wedged());
         archive(solver.memory_interval_);
         archive(solver.lost_);
