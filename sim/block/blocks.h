@@ -310,11 +310,7 @@ private:
     void solve_stalled(std::span<Velocity> velocity, double skip);
     void set_wait(const Island& island, double sweeps);
     double largest_change(const Island& island) const;
-    template <typename Work>
-    void for_each_point(const Island& island, Work&& work) const;
     void hold(const Island& island);
-    void save(Island& island, std::span<const Velocity> velocity) const;
-    void restore(const Island& island, std::span<Velocity> velocity);
 
     std::shared_ptr<BlockBodies> bodies_;
     std::vector<int> order_;            ///< of the blocks in the batches

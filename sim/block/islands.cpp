@@ -136,45 +136,8 @@ Unsettled Blocks::least_settled() {
     return found;
 }
 
-/// Calls work(index of the points, lane) for those of an island's blocks.
-template <typename Work>
-void Blocks::for_each_point(const Island& island, Work&& work) const {
-    for (const int i : island.blocks) {
-        const Block& block = blocks[static_cast<std::size_t>(i)];
-        const BlockBatch& batch = batch_of(block);
-        for (int k = batch.first; k < batch.first + batch.count; ++k) {
-            work(static_cast<std::size_t>(k), lane_of(block));
-        }
-    }
-}
-
-void Blocks::save(Island& island, std::span<const Velocity> velocity) const {
-    island.velocity.clear();
-    island.impulses.clear();
-    for (const int body : island.bodies) {
-        island.velocity.push_back(velocity[static_cast<std::size_t>(body)]);
-    }
-    for_each_point(island, [&](std::size_t k, std::size_t lane) {
-        const LanePoint at(points[k], lane);
-        island.impulses.emplace_back(at.p_t.x(), at.p_t.y(), at.p_n);
-    });
-}
-
-void Blocks::restore(const Island& island, std::span<Velocity> velocity) {
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        velocity[static_cast<std::size_t>(island.bodies[i])] = island.velocity[i];
-    }
-    auto impulse = island.impulses.begin();
-    for_each_point(island, [&](std::size_t k, std::size_t lane) {
-        points[k].p_t[0].x[lane] = impulse->x();
-        points[k].p_t[1].x[lane] = impulse->y();
-        points[k].p_n.x[lane] = impulse->z();
-        ++impulse;
-    });
-}
-
 /// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It is judged by what the sweeps
-/// since then still change, and taken back if that is no less than before: the next one waits for its cost, and twice as long as it did.
+/// since then still change: if that is no less than before, the next one waits for what it has cost, and twice as long as it did.
 void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
     if (islands_.empty()) {
         find_islands();
@@ -185,44 +148,45 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
         if (!island.is_extrapolated) {
             continue;
         }
-        const bool is_worse = island.is_served && change >= island.change;
-        if (is_worse) {
-            restore(island, velocity);
+        if (island.is_served && change >= island.change) {
+            set_wait(island, 2.0 * island.waited + island.rounds * island.cost);
             island.resists = true;
-            set_wait(island, 2.0 * island.wait.whole + island.rounds * island.cost);
         }
+        const NewtonWait& wait = bodies_->waits[static_cast<std::size_t>(island.bodies.front())];
         const double cost = island.cost * static_cast<double>(island.blocks.size()) / static_cast<double>(blocks.size());
         const double affordable = (budget_ - spent()) / cost; // rounds
-        const NewtonWait wait = bodies_->waits[static_cast<std::size_t>(island.bodies.front())];
         island.is_served = !island.resists && sweeps_ >= wait.left && affordable >= 1.0 &&
                            sliding_share(*this, island) <= most_sliding;
-        if (island.is_served) {
-            island.is_extrapolated = false;
-            island.change = change;
-            save(island, velocity);
-            island.wait = wait;
-            set_wait(island, 0.0);
-            const auto most = static_cast<int>(std::min(affordable, double{most_rounds}));
-            island.rounds = newton_.step(*this, island, *bodies_, velocity, most);
-            newton_cost_ += island.rounds * cost;
+        if (!island.is_served) {
+            continue;
         }
-        if (island.is_served || is_worse) {
-            for (const int i : island.blocks) {
-                const Block& block = blocks[static_cast<std::size_t>(i)];
-                batch_of(block).seen[2].x[lane_of(block)] = no_point;
-            }
+        island.is_extrapolated = false;
+        island.change = change;
+        island.waited = wait.whole;
+        set_wait(island, 0.0);
+        const auto most = static_cast<int>(std::min(affordable, double{most_rounds}));
+        island.rounds = newton_.step(*this, island, *bodies_, velocity, most);
+        newton_cost_ += island.rounds * cost;
+        for (const int i : island.blocks) {
+            const Block& block = blocks[static_cast<std::size_t>(i)];
+            batch_of(block).seen[2].x[lane_of(block)] = no_point;
         }
     }
 }
 
 /// What Newton's method does is no step of the sweeps: extrapolation goes on from the impulses as they are.
 void Blocks::hold(const Island& island) {
-    for_each_point(island, [&](std::size_t k, std::size_t lane) {
-        const Lanes* const now[] = {&points[k].p_t[0], &points[k].p_t[1], &points[k].p_n};
-        for (std::size_t j = 0; j < 3; ++j) {
-            extrapolated_[k].begun[j].x[lane] = extrapolated_[k].swept[j].x[lane] = now[j]->x[lane];
+    for (const int i : island.blocks) {
+        const Block& block = blocks[static_cast<std::size_t>(i)];
+        const BlockBatch& batch = batch_of(block);
+        const std::size_t lane = lane_of(block);
+        for (auto k = static_cast<std::size_t>(batch.first); k < static_cast<std::size_t>(batch.first + batch.count); ++k) {
+            const Lanes* const now[] = {&points[k].p_t[0], &points[k].p_t[1], &points[k].p_n};
+            for (std::size_t j = 0; j < 3; ++j) {
+                extrapolated_[k].begun[j].x[lane] = extrapolated_[k].swept[j].x[lane] = now[j]->x[lane];
+            }
         }
-    });
+    }
 }
 
 } // namespace sim

@@ -37,14 +37,12 @@ struct Island {
 
     double cost = 0.0; ///< [-] of a round, in sweeps: products of two bodies' equations, level by level from its least body, each as
                        ///< the visit of a block; a tower's are a few, those of a heap of 200 bodies a hundred
-    NewtonWait wait;   ///< before the last step
-    int rounds = 0;    ///< of that: factorisations
-    bool is_served = false;      ///< by steps, of which none was taken back
+    double waited = 0.0; ///< [-] sweeps, before the last step
+    int rounds = 0;      ///< of that: factorisations
+    bool is_served = false;      ///< by steps of this solve, none of them known to be in vain
     bool resists = false;        ///< one was: left to sweeps
     bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last
     double change = 0.0;         ///< [m/s] largest of a visit before the last step
-    std::vector<Velocity> velocity; ///< [bodies] then
-    std::vector<Vec3> impulses;     ///< then, of all points of its blocks: p_t, p_n [N s]
 };
 
 /// Share [-] of an island's load in points whose friction is at its limit: they slide.
