@@ -231,6 +231,7 @@ TEST(law_random_scenes, what_overlaps_parts_no_faster_in_a_short_interval) {
 /// times, these take all the work that a step may.
 TEST(law_random_scenes, what_repair_does_not_lessen_is_not_repaired_again) {
     judge(6875, 6875, 0, 300.0);
+    judge(966, 966, 0, 25.0);
 }
 
 /// A capsule that a ball presses to the floor: what holds the two apart ahead of their impact takes 4483 J, and the floor, which
