@@ -75,13 +75,8 @@ public:
         share(workers, apart.size(), work_on, 1);
     }
 
-    /// [body_count] See BlockBodies.
-    std::vector<char>& swept() { return block_bodies_->swept; }
-    const std::vector<char>& swept() const { return block_bodies_->swept; }
-    std::vector<NewtonWait>& waits() { return block_bodies_->waits; }
-    const std::vector<NewtonWait>& waits() const { return block_bodies_->waits; }
-    std::vector<char>& wedged() { return block_bodies_->wedged; }
-    const std::vector<char>& wedged() const { return block_bodies_->wedged; }
+    BlockBodies& block_bodies() { return *block_bodies_; }
+    const BlockBodies& block_bodies() const { return *block_bodies_; }
     /// Once all are solved.
     void count_sweeps();
 

@@ -97,12 +97,13 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
         guessed_[i] = to_.velocity[i];
     }
     group.enough = 0.0;
-    const bool was_swept = std::ranges::any_of(group.bodies, [&](std::size_t i) { return groups_.swept()[i]; });
+    const BlockBodies& known = groups_.block_bodies();
+    const bool was_swept = std::ranges::any_of(group.bodies, [&](std::size_t i) { return known.swept[i]; });
     group.settled = (was_swept ? solved_share : 1.0) * std::min(iteration_tolerance_, settled_change);
     group.sweeps = 0;
     group.contacts.loop.may_give_way = may_give_way;
     RestRules rules = rules_;
-    rules.is_halved = std::ranges::any_of(group.bodies, [&](std::size_t i) { return groups_.wedged()[i]; });
+    rules.is_halved = std::ranges::any_of(group.bodies, [&](std::size_t i) { return known.wedged[i]; });
     group.contacts.follow(settings_, rules);
     group.contacts.begin(bodies, pairs, group.pairs, to_, change_);
     take_uncertain(group);

@@ -79,9 +79,9 @@ private:
         archive(solver.at_node_);
         archive(solver.to_.pose);
         archive(solver.joints_.mode());
-        archive(solver.groups_.swept());
-        archive(solver.groups_.waits());
-        archive(solver.groups_.wedged());
+        archive(solver.groups_.block_bodies().swept);
+        archive(solver.groups_.block_bodies().waits);
+        archive(solver.groups_.block_bodies().wedged);
         archive(solver.memory_interval_);
         archive(solver.lost_);
     }

@@ -228,7 +228,7 @@ TEST(law_random_scenes, what_overlaps_parts_no_faster_in_a_short_interval) {
 }
 
 /// A box on a drum overlaps it, in each interval, by more than the crossing edges of which they have a contact tell: found again twelve
-/// times, these take all the work that a step may.
+/// times, these take all the work that a step may. So does a splinter on the floor, whose step then leaves it eight tolerances deep.
 TEST(law_random_scenes, what_repair_does_not_lessen_is_not_repaired_again) {
     judge(6875, 6875, 0, 300.0);
     judge(966, 966, 0, 25.0);
