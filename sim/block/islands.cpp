@@ -94,6 +94,7 @@ void Blocks::find_islands() {
     }
 }
 
+/// From now on; sweeps [-]: 0 if the last step is not known to be in vain.
 void Blocks::set_wait(const Island& island, double sweeps) {
     const auto wait = static_cast<float>(sweeps);
     for (const int body : island.bodies) {

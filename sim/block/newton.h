@@ -24,10 +24,10 @@ struct LanePoint;
 /// solutions hardly find.
 inline constexpr double compliance = 1e-9;
 
-/// Sweeps [-] that Newton's method is not used for, after a step that was in vain; none after one that helped.
+/// Sweeps [-] for which Newton's method is not used after a step that was in vain; none after one that helped.
 struct NewtonWait {
-    float whole = 0.0f;
-    float left = 0.0f; ///< in the solves to come
+    float whole = 0.0f; ///< from that step on
+    float left = 0.0f;  ///< of them, in the solves to come
 };
 
 /// Dynamic bodies that contacts connect, and the blocks between them.

@@ -144,7 +144,7 @@ TEST(law_stack, a_tower_of_54_wooden_blocks_stands_still_at_any_velocity_toleran
         sim::SceneDef scene = wooden_tower(18);
         scene.step.time_step = {1, rate};
         scene.step.velocity_tolerance = tolerance;
-        judge_rest(scene, fmt::format("tower of 54 wooden blocks, 1/{} s, {:g} m/s", rate, tolerance), 2e-5);
+        judge_rest(scene, fmt::format("tower of 54 wooden blocks, 1/{} s, {:g} m/s", rate, tolerance), 1e-5);
     }
 }
 

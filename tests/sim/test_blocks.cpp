@@ -404,7 +404,7 @@ TEST(blocks, sweep_passes_over_what_has_settled_until_loaded_again) {
     EXPECT_NEAR(sweep(), 1.0, block_rounding);
 }
 
-/// A column of thirty balls that falls. A round costs seven sweeps.
+/// A column of thirty balls that falls. A round costs two sweeps.
 TEST(blocks, a_step_of_newtons_method_counts_as_sweeps_and_is_taken_where_they_are_left) {
     for (const int budget : {100, 13}) {
         Bodies bodies;
