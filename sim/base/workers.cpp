@@ -8,8 +8,20 @@ namespace {
 constexpr int looks = 1000;
 constexpr int polite_looks = 2000;
 
-/// A share holds the number of its loop times this, and the ranges left.
-constexpr std::size_t loop_unit = 16;
+/// A loop is one word: its number times the one, the threads that take part times the other, and the ranges of each. That of a share
+/// has the number, and the ranges left.
+constexpr std::size_t number_unit = 1u << 24;
+constexpr std::size_t parts_unit = 1u << 8;
+
+std::size_t number_of(std::size_t loop) {
+    return loop / number_unit;
+}
+std::size_t parts_of(std::size_t loop) {
+    return loop % number_unit / parts_unit;
+}
+std::size_t ranges_of(std::size_t loop) {
+    return loop % parts_unit;
+}
 
 /// Waits until `value` is no longer `old`.
 void wait_for_change(const std::atomic<std::size_t>& value, std::size_t old) {
@@ -37,7 +49,7 @@ Workers::Workers(int threads) : shares_(static_cast<std::size_t>(threads)) {
 
 Workers::~Workers() {
     stop_ = true;
-    ++loop_;
+    loop_ += number_unit;
     loop_.notify_all();
     for (std::thread& thread : threads_) {
         thread.join();
@@ -45,13 +57,15 @@ Workers::~Workers() {
 }
 
 /// Begins one of the ranges left of thread `part` in a loop; returns how many there were, 0 if none. Until it is done
-/// the loop goes on, so who begins a range finds its task.
+/// the loop goes on, so who begins a range finds its task; who comes late finds nothing left.
 std::size_t Workers::begin_range(std::size_t part, std::size_t loop) {
-    std::atomic<std::size_t>& left = shares_[part].left;
-    std::size_t before = left.load(std::memory_order_acquire);
-    while (before / loop_unit == loop && before % loop_unit > 0) {
-        if (left.compare_exchange_weak(before, before - 1, std::memory_order_acq_rel)) {
-            return before % loop_unit;
+    std::atomic<std::size_t>& share = shares_[part].left;
+    std::size_t before = share.load(std::memory_order_acquire);
+    while (number_of(before) <= number_of(loop)) {
+        const std::size_t left = ranges_of(number_of(before) == number_of(loop) ? before : loop);
+        if (left == 0 ||
+            share.compare_exchange_weak(before, number_of(loop) * number_unit + left - 1, std::memory_order_acq_rel)) {
+            return left;
         }
     }
     return 0;
@@ -59,13 +73,13 @@ std::size_t Workers::begin_range(std::size_t part, std::size_t loop) {
 
 /// Does what is left of the ranges of thread `part`, then of the others; returns how many it did.
 std::size_t Workers::work_on(std::size_t part, std::size_t loop) {
-    const std::size_t parts = thread_count();
+    const std::size_t parts = parts_of(loop);
     std::size_t done = 0;
-    for (std::size_t i = 0; i < parts; ++i) {
+    for (std::size_t i = 0; part < parts && i < parts; ++i) {
         const std::size_t owner = (part + i) % parts;
         while (const std::size_t left = begin_range(owner, loop)) {
-            const std::size_t all = parts * task_.ranges;
-            const std::size_t range = (owner + 1) * task_.ranges - left;
+            const std::size_t all = parts * ranges_of(loop);
+            const std::size_t range = (owner + 1) * ranges_of(loop) - left;
             const std::size_t first = task_.count * range / all;
             const std::size_t last = task_.count * (range + 1) / all;
             if (first < last) {
@@ -84,32 +98,25 @@ void Workers::serve(std::size_t part) {
             return;
         }
         seen = loop_;
-        const std::size_t done = work_on(part, seen);
-        if (done > 0 && (running_ -= done) == 0) {
-            running_.notify_one();
+        if (const std::size_t done = work_on(part, seen); done > 0) {
+            finished_ += done;
+            finished_.notify_one();
         }
     }
 }
 
-void Workers::run_task(const Task& task) {
+void Workers::run_task(const Task& task, std::size_t parts, std::size_t ranges) {
     if (threads_.empty()) {
-        if (task.count > 0) {
-            task.call(task.work, 0, task.count);
-        }
+        task.call(task.work, 0, task.count);
         return;
     }
-    const std::size_t parts = thread_count();
     task_ = task;
-    running_ = parts * task.ranges;
-    const std::size_t loop = loop_ + 1;
-    for (Share& share : shares_) {
-        share.left.store(loop * loop_unit + task.ranges, std::memory_order_release);
-    }
+    const std::size_t loop = (number_of(loop_) + 1) * number_unit + parts * parts_unit + ranges;
     loop_ = loop;
     loop_.notify_all();
-    std::size_t left = running_ -= work_on(0, loop);
-    for (; left != 0; left = running_) {
-        wait_for_change(running_, left);
+    done_ += parts * ranges - work_on(0, loop);
+    for (std::size_t finished = finished_; finished != done_; finished = finished_) {
+        wait_for_change(finished_, finished);
     }
 }
 

@@ -24,8 +24,8 @@ public:
 
     /// Calls work(first, last) for ranges that cover 0..count once, and returns when all are done. The ranges
     /// run in any order, so `work` may write only to its own elements. It must not throw. Ranges of fewer than `least` are not
-    /// worth while: the caller's thread does what does not make two. A thread that is done with its ranges goes on with
-    /// those of others, who may have more to do in theirs, or be kept waiting by other programs.
+    /// worth while: so many threads take part as get one each, and the caller's does what does not make two. A thread that is done
+    /// with its ranges goes on with those of others, who may have more to do in theirs, or be kept waiting by other programs.
     template <typename Work>
     void run(std::size_t count, Work&& work, std::size_t least = 1) {
         if (count < 2 * least) {
@@ -35,11 +35,13 @@ public:
             return;
         }
         using Called = std::remove_reference_t<Work>;
+        const std::size_t parts = std::min(thread_count(), count / least);
         run_task({&work,
                   [](const void* called, std::size_t first, std::size_t last) {
                       (*static_cast<Called*>(const_cast<void*>(called)))(first, last);
                   },
-                  count, std::clamp(count / (thread_count() * least), std::size_t{1}, most_ranges)});
+                  count},
+                 parts, std::clamp(count / (parts * least), std::size_t{1}, most_ranges));
     }
 
     std::size_t thread_count() const { return threads_.size() + 1; }
@@ -49,25 +51,26 @@ private:
         const void* work = nullptr;
         void (*call)(const void* work, std::size_t first, std::size_t last) = nullptr;
         std::size_t count = 0;
-        std::size_t ranges = 0; ///< of each thread
     };
-    /// Ranges of one thread that no one has begun; with the number of their loop, so that a thread which comes late
-    /// finds none of the next. On a cache line of its own.
+    /// Ranges of one thread that no one has begun, and the number of their loop: of an earlier one none is left, of the one under
+    /// way all are. On a cache line of its own.
     struct alignas(64) Share {
         std::atomic<std::size_t> left = 0;
     };
 
-    void run_task(const Task& task);
+    void run_task(const Task& task, std::size_t parts, std::size_t ranges);
     void serve(std::size_t part);
     std::size_t work_on(std::size_t part, std::size_t loop);
     std::size_t begin_range(std::size_t part, std::size_t loop);
 
     std::vector<std::thread> threads_;
-    Task task_;
-    std::atomic<std::size_t> loop_ = 0;    ///< number of the loop under way
-    std::atomic<std::size_t> running_ = 0; ///< ranges of it that are not done
-    std::vector<Share> shares_;            ///< [thread]
+    std::vector<Share> shares_; ///< [thread]
     std::atomic<bool> stop_ = false;
+    std::size_t done_ = 0; ///< what finished_ is as the last loop has ended
+    // What begins a loop is on one cache line, what ends it on another: each takes its time from core to core.
+    alignas(64) std::atomic<std::size_t> loop_ = 0; ///< the loop under way: its number, the threads that take part, the ranges of each
+    Task task_;
+    alignas(64) std::atomic<std::size_t> finished_ = 0; ///< ranges that other threads than the caller's have done so far
 };
 
 /// Runs work(first, last) as Workers::run does; without workers this thread does all.
