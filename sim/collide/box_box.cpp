@@ -30,9 +30,23 @@ bool reference_is_a(const BoxAxes& axes, double slack) {
     return axes.face_a().separation + slack >= axes.face_b().separation;
 }
 
-/// A point of the box in its body's frame; they are one but for parts of compounds.
+/// A direction of the box in its body's frame; they are turned alike but for parts of compounds.
+Vec3 turned_in_body(const PlacedBox& box, const Vec3& direction) {
+    return box.body_from_box.orientation.w() == 1.0 ? direction : Vec3(box.body_from_box.orientation * direction);
+}
+/// The same of a point.
 Vec3 in_body(const PlacedBox& box, const Vec3& x) {
-    return box.body_from_box.orientation.w() == 1.0 ? Vec3(box.body_from_box.position + x) : box.body_from_box * x;
+    return box.body_from_box.position + turned_in_body(box, x);
+}
+
+PlacedBody body_of(const PlacedBox& box) {
+    PlacedBody body;
+    if (box.body_from_box.orientation.w() != 1.0) {
+        return PlacedBody(box.world_from_body);
+    }
+    body.position = box.world_from_body.position;
+    body.rotation = axes_of(box.row);
+    return body;
 }
 
 /// The one contact of two crossing edges.
@@ -62,11 +76,11 @@ FoundContact edge_contact(const PlacedBox& a, const PlacedBox& b, const AxisChoi
     ContactFeature& feature = contact.feature;
     feature.kind = FeatureKind::edges;
     feature.id = id_base + first_edge_id + static_cast<std::uint64_t>(axis.index) * 64 + signs;
-    feature.core_a = a.body_from_box * middle_a;
-    feature.core_b = b.body_from_box * middle_b;
-    feature.direction_a = a.body_from_box.orientation * Vec3(axis.side * Vec3::Unit(i));
-    feature.direction_b = b.body_from_box.orientation * Vec3::Unit(j);
-    contact.at = contact_geometry(feature, a.world_from_body, b.world_from_body);
+    feature.core_a = in_body(a, middle_a);
+    feature.core_b = in_body(b, middle_b);
+    feature.direction_a = turned_in_body(a, axis.side * Vec3::Unit(i));
+    feature.direction_b = turned_in_body(b, Vec3::Unit(j));
+    contact.at = contact_geometry(feature, body_of(a), body_of(b));
     return contact;
 }
 
@@ -78,7 +92,7 @@ void face_contacts(const PlacedBox& a, const PlacedBox& b, const AxisChoice& cho
     const PlacedBox& incident = is_a ? b : a;
     const double outward = is_a ? -choice.side : choice.side; // n is from b to a
     const Vec3 normal = axes_of(reference.row).col(choice.index) * outward;
-    const Vec3 direction = reference.body_from_box.orientation * Vec3(outward * Vec3::Unit(choice.index));
+    const Vec3 direction = turned_in_body(reference, outward * Vec3::Unit(choice.index));
     const std::uint64_t face_id = static_cast<std::uint64_t>(2 * choice.index + (outward > 0.0 ? 0 : 1)) * 6 +
                                   static_cast<std::uint64_t>(corners.incident_face) + (is_a ? 0u : 36u);
     for (const FaceCorner& corner : std::span(corners.corners, static_cast<std::size_t>(corners.count))) {
@@ -109,7 +123,7 @@ void take_middle_normal(const PlacedBox& a, const PlacedBox& b, const Vec3& sum_
     const Vec3 direction = -(a.world_from_body.orientation.conjugate() * sum_of_normals.normalized());
     for (FoundContact& contact : contacts) {
         contact.feature.direction_a = direction;
-        contact.at = contact_geometry(contact.feature, a.world_from_body, b.world_from_body);
+        contact.at = contact_geometry(contact.feature, body_of(a), body_of(b));
     }
 }
 
