@@ -1,5 +1,7 @@
 #include "sim/base/workers.h"
 
+#include <span>
+
 namespace sim {
 namespace {
 
@@ -49,15 +51,17 @@ Workers::Workers(int threads) : shares_(static_cast<std::size_t>(threads)) {
 
 Workers::~Workers() {
     stop_ = true;
-    loop_ += number_unit;
-    loop_.notify_all();
+    for (Share& share : shares_) {
+        share.loop += number_unit;
+        share.loop.notify_one();
+    }
     for (std::thread& thread : threads_) {
         thread.join();
     }
 }
 
 /// Begins one of the ranges left of thread `part` in a loop; returns how many there were, 0 if none. Until it is done
-/// the loop goes on, so who begins a range finds its task; who comes late finds nothing left.
+/// the loop goes on, so who begins a range has its task; who comes late finds nothing left.
 std::size_t Workers::begin_range(std::size_t part, std::size_t loop) {
     std::atomic<std::size_t>& share = shares_[part].left;
     std::size_t before = share.load(std::memory_order_acquire);
@@ -72,18 +76,18 @@ std::size_t Workers::begin_range(std::size_t part, std::size_t loop) {
 }
 
 /// Does what is left of the ranges of thread `part`, then of the others; returns how many it did.
-std::size_t Workers::work_on(std::size_t part, std::size_t loop) {
+std::size_t Workers::work_on(const Task& task, std::size_t part, std::size_t loop) {
     const std::size_t parts = parts_of(loop);
     std::size_t done = 0;
-    for (std::size_t i = 0; part < parts && i < parts; ++i) {
+    for (std::size_t i = 0; i < parts; ++i) {
         const std::size_t owner = (part + i) % parts;
         while (const std::size_t left = begin_range(owner, loop)) {
             const std::size_t all = parts * ranges_of(loop);
             const std::size_t range = (owner + 1) * ranges_of(loop) - left;
-            const std::size_t first = task_.count * range / all;
-            const std::size_t last = task_.count * (range + 1) / all;
+            const std::size_t first = task.count * range / all;
+            const std::size_t last = task.count * (range + 1) / all;
             if (first < last) {
-                task_.call(task_.work, first, last);
+                task.call(task.work, first, last);
             }
             ++done;
         }
@@ -93,12 +97,12 @@ std::size_t Workers::work_on(std::size_t part, std::size_t loop) {
 
 void Workers::serve(std::size_t part) {
     for (std::size_t seen = 0;;) {
-        wait_for_change(loop_, seen);
+        wait_for_change(shares_[part].loop, seen);
         if (stop_) {
             return;
         }
-        seen = loop_;
-        if (const std::size_t done = work_on(part, seen); done > 0) {
+        seen = shares_[part].loop;
+        if (const std::size_t done = work_on(shares_[part].task, part, seen); done > 0) {
             finished_ += done;
             finished_.notify_one();
         }
@@ -110,11 +114,13 @@ void Workers::run_task(const Task& task, std::size_t parts, std::size_t ranges) 
         task.call(task.work, 0, task.count);
         return;
     }
-    task_ = task;
-    const std::size_t loop = (number_of(loop_) + 1) * number_unit + parts * parts_unit + ranges;
-    loop_ = loop;
-    loop_.notify_all();
-    done_ += parts * ranges - work_on(0, loop);
+    const std::size_t loop = ++loops_ * number_unit + parts * parts_unit + ranges;
+    for (Share& share : std::span(shares_).subspan(1, parts - 1)) {
+        share.task = task;
+        share.loop = loop;
+        share.loop.notify_one();
+    }
+    done_ += parts * ranges - work_on(task, 0, loop);
     for (std::size_t finished = finished_; finished != done_; finished = finished_) {
         wait_for_change(finished_, finished);
     }

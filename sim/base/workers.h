@@ -52,24 +52,25 @@ private:
         void (*call)(const void* work, std::size_t first, std::size_t last) = nullptr;
         std::size_t count = 0;
     };
-    /// Ranges of one thread that no one has begun, and the number of their loop: of an earlier one none is left, of the one under
-    /// way all are. On a cache line of its own.
-    struct alignas(64) Share {
-        std::atomic<std::size_t> left = 0;
+    /// Of one thread. What begins a loop for it is on one cache line, as each takes its time from core to core; who takes no part
+    /// in a loop need not wake.
+    struct Share {
+        alignas(64) std::atomic<std::size_t> loop = 0; ///< the last one that it takes part in: number, threads, ranges of each
+        Task task;                                     ///< of that loop
+        /// Ranges that no one has begun, and the number of their loop: of an earlier one none is left, of the one under way all are.
+        alignas(64) std::atomic<std::size_t> left = 0;
     };
 
     void run_task(const Task& task, std::size_t parts, std::size_t ranges);
     void serve(std::size_t part);
-    std::size_t work_on(std::size_t part, std::size_t loop);
+    std::size_t work_on(const Task& task, std::size_t part, std::size_t loop);
     std::size_t begin_range(std::size_t part, std::size_t loop);
 
     std::vector<std::thread> threads_;
-    std::vector<Share> shares_; ///< [thread]
+    std::vector<Share> shares_; ///< [thread]; the caller's first
     std::atomic<bool> stop_ = false;
-    std::size_t done_ = 0; ///< what finished_ is as the last loop has ended
-    // What begins a loop is on one cache line, what ends it on another: each takes its time from core to core.
-    alignas(64) std::atomic<std::size_t> loop_ = 0; ///< the loop under way: its number, the threads that take part, the ranges of each
-    Task task_;
+    std::size_t loops_ = 0; ///< number of the last one
+    std::size_t done_ = 0;  ///< what finished_ is as it has ended
     alignas(64) std::atomic<std::size_t> finished_ = 0; ///< ranges that other threads than the caller's have done so far
 };
 
