@@ -201,7 +201,7 @@ BodyDef read_body_template(Section& section, std::int64_t index, bool has_keys) 
         }
     }
     if (section.has("lathe")) {
-        body.look.lathe = section.pairs("lathe");
+        body.look.lathe = section.profile("lathe");
         if (body.mass.centre_of_mass.head<2>() != Eigen::Vector2d::Zero()) {
             section.fail("lathe",
                          fmt::format("the centre of mass is at x = {:.3g}, y = {:.3g}, expected it on the z "

@@ -82,6 +82,8 @@ std::string describe_expected(const KeySpec& key) {
     case colors:
         return "an array of colours, each three numbers 0..1 (linear RGB) or \"#rrggbb\" (sRGB)";
     case pairs:
+        return "an array of pairs of numbers" + range + unit;
+    case profile:
         return "an array of at least two [radius, z]" + unit + ", radius >= 0, z not falling";
     case points:
         return "an array of at least four [x, y, z]" + unit;

@@ -113,7 +113,7 @@ const Keys template_body_keys =
     Keys{{"drawn", table, "", none,
           "a shape that is drawn instead, in the same frame: what collides may be simpler than what is seen", any,
           "{ kind = ... }"},
-         {"lathe", pairs, "m", none,
+         {"lathe", profile, "m", none,
           "(radius, z) points from bottom to top of the shape's frame: a surface of revolution about its z "
           "axis that "
           "is drawn instead of the shape",
@@ -394,7 +394,7 @@ SectionSpec study_section() {
                 {"gate_height", number, "m", "0", "bodies below it have passed: throughput; with seed_key", any, ""},
                 {"promises", pairs, "", none,
                  "error and cost (processor time of a simulated second) that a study found of the presets preview, "
-                 "standard, accurate: three pairs; a run with --preset tells what it reached beside them", any, ""},
+                 "standard, accurate: three pairs; a run with --preset tells what it reached beside them", not_negative, ""},
             }};
 }
 

@@ -26,6 +26,7 @@ enum class KeyType {
     color,      ///< three numbers (linear RGB) or "#rrggbb" (sRGB)
     colors,     ///< array of those
     pairs,      ///< array of pairs of numbers
+    profile,    ///< array of pairs radius, z
     points,     ///< array of triples of numbers
     names,      ///< array of one or two texts
     texts,      ///< array of texts

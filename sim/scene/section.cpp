@@ -269,10 +269,10 @@ Eigen::Vector3i Section::counts(std::string_view key) {
     return result;
 }
 
-std::vector<Eigen::Vector2d> Section::pairs(std::string_view key) {
-    const KeySpec& spec = spec_of(key, KeyType::pairs);
+std::vector<Eigen::Vector2d> Section::checked_pairs(const KeySpec& spec) {
     const TreeNode& value = value_of(spec);
-    if (value.kind != TreeKind::array || value.children.size() < 2) {
+    const std::string_view key = spec.name;
+    if (value.kind != TreeKind::array) {
         wrong(spec, {value, std::string(key)});
     }
     std::vector<Eigen::Vector2d> result;
@@ -284,14 +284,29 @@ std::vector<Eigen::Vector2d> Section::pairs(std::string_view key) {
         }
         result.emplace_back(checked_number(spec, {pair.children[0], name + "[0]", true}),
                             checked_number(spec, {pair.children[1], name + "[1]", true}));
-        if (result[i].x() < 0.0 || (i > 0 && result[i].y() < result[i - 1].y())) {
-            fail_at(source_, pair.place,
-                    fmt::format(
-                        "{}: {} is [{}, {}], expected radius >= 0 and z not below that of the point before",
-                        title_, name, result[i].x(), result[i].y()));
-        }
     }
     return result;
+}
+
+std::vector<Eigen::Vector2d> Section::pairs(std::string_view key) {
+    return checked_pairs(spec_of(key, KeyType::pairs));
+}
+
+std::vector<Eigen::Vector2d> Section::profile(std::string_view key) {
+    const KeySpec& spec = spec_of(key, KeyType::profile);
+    std::vector<Eigen::Vector2d> points = checked_pairs(spec);
+    const TreeNode& value = value_of(spec);
+    if (points.size() < 2) {
+        wrong(spec, {value, std::string(key)});
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (points[i].x() < 0.0 || (i > 0 && points[i].y() < points[i - 1].y())) {
+            fail_at(source_, value.children[i].place,
+                    fmt::format("{}: {}[{}] is [{}, {}], expected radius >= 0 and z not below that of the point before", title_,
+                                key, i, points[i].x(), points[i].y()));
+        }
+    }
+    return points;
 }
 
 std::vector<Vec3> Section::points(std::string_view key) {

@@ -49,6 +49,8 @@ public:
     Vec3 color(std::string_view key);
     std::vector<Vec3> colors(std::string_view key);
     std::vector<Eigen::Vector2d> pairs(std::string_view key);
+    /// Radius and z of at least two points, from bottom to top.
+    std::vector<Eigen::Vector2d> profile(std::string_view key);
     /// Any number of them.
     std::vector<Vec3> points(std::string_view key);
     /// 1 or 2.
@@ -92,6 +94,7 @@ private:
     double checked_number(const KeySpec& key, const Value& value) const;
     std::int64_t checked_integer(const KeySpec& key, const Value& value) const;
     std::vector<double> numbers(const KeySpec& key, std::size_t count);
+    std::vector<Eigen::Vector2d> checked_pairs(const KeySpec& spec);
     Vec3 checked_color(const KeySpec& key, const Value& value) const;
 
     const TextSource& source_;
