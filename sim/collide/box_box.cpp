@@ -121,9 +121,11 @@ void face_contacts(const PlacedBox& a, const PlacedBox& b, const AxisChoice& cho
 void take_middle_normal(const PlacedBox& a, const PlacedBox& b, const Vec3& sum_of_normals,
                         std::span<FoundContact> contacts) {
     const Vec3 direction = -(a.world_from_body.orientation.conjugate() * sum_of_normals.normalized());
+    const PlacedBody body_a = body_of(a);
+    const PlacedBody body_b = body_of(b);
     for (FoundContact& contact : contacts) {
         contact.feature.direction_a = direction;
-        contact.at = contact_geometry(contact.feature, body_of(a), body_of(b));
+        contact.at = contact_geometry(contact.feature, body_a, body_b);
     }
 }
 
