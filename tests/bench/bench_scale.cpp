@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -192,6 +193,34 @@ void print_scenes() {
     print_scene("a chain of 300 links", sim::parse_scene(chain(300), "chain.toml"), 500);
 }
 
+/// Time [us] until one core sees what another has written: half of that of an answer. Threads help as far as it is short.
+double core_to_core_us() {
+    constexpr int turns = 10000;
+    struct alignas(64) Line {
+        std::atomic<int> turn = 0;
+    };
+    Line asked;
+    Line answered;
+    const auto wait_for = [](const Line& line, int turn) {
+        while (line.turn.load(std::memory_order_acquire) != turn) {
+        }
+    };
+    std::thread other([&] {
+        for (int i = 1; i <= turns; ++i) {
+            wait_for(asked, i);
+            answered.turn.store(i, std::memory_order_release);
+        }
+    });
+    const double start = wall_ms();
+    for (int i = 1; i <= turns; ++i) {
+        asked.turn.store(i, std::memory_order_release);
+        wait_for(answered, i);
+    }
+    const double ms = wall_ms() - start;
+    other.join();
+    return 0.5 * 1e3 * ms / turns;
+}
+
 /// The same scene with one thread, two, four and so on, as far as there are cores; in turns, so that what else the machine does
 /// meets all of them.
 void print_threads(const char* name, int steps) {
@@ -243,9 +272,11 @@ int main() {
     std::filesystem::create_directories(out);
     sim::write_file(out + "/scale.csv", csv);
     print_columns();
+    const double before_us = core_to_core_us();
     std::puts("\n| scene | threads | ms/step | times as fast as one |\n| --- | --- | --- | --- |");
     print_threads("funnel", 4000);
     print_threads("rubble", 3000);
     print_threads("dominoes", 3000);
+    fmt::print("\nFrom core to core before these and after: {:.2f}, {:.2f} us\n", before_us, core_to_core_us());
     print_scenes();
 }
