@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <mutex>
+#include <set>
+#include <thread>
 #include <vector>
 
 using namespace sim;
@@ -38,6 +42,29 @@ TEST(workers, loops_in_a_row_build_on_each_other) {
         });
     }
     EXPECT_EQ(values, std::vector<int>(50, 500));
+}
+
+/// A short loop wakes no more threads than have enough to do in it, and gives none of them less.
+TEST(workers, a_short_loop_is_shared_by_few_threads) {
+    Workers workers(8);
+    constexpr std::size_t least = 5;
+    for (const std::size_t count : {4u, 9u, 10u, 16u, 21u, 40u, 1000u}) {
+        std::mutex mutex;
+        std::set<std::thread::id> threads;
+        std::size_t shortest = count;
+        for (int loop = 0; loop < 200; ++loop) {
+            workers.run(
+                count,
+                [&](std::size_t first, std::size_t last) {
+                    const std::lock_guard lock(mutex);
+                    threads.insert(std::this_thread::get_id());
+                    shortest = std::min(shortest, last - first);
+                },
+                least);
+        }
+        EXPECT_LE(threads.size(), std::max<std::size_t>(1, count / least)) << count;
+        EXPECT_GE(shortest, std::min(least, count)) << count;
+    }
 }
 
 TEST(workers, threads_that_never_worked_end) {
