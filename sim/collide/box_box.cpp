@@ -39,11 +39,12 @@ Vec3 in_body(const PlacedBox& box, const Vec3& x) {
     return box.body_from_box.position + turned_in_body(box, x);
 }
 
+/// Its rotation is that of the box, which is there already, but for parts of compounds.
 PlacedBody body_of(const PlacedBox& box) {
-    PlacedBody body;
     if (box.body_from_box.orientation.w() != 1.0) {
         return PlacedBody(box.world_from_body);
     }
+    PlacedBody body;
     body.position = box.world_from_body.position;
     body.rotation = axes_of(box.row);
     return body;
