@@ -68,7 +68,7 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     for (const Joint& joint : joints) {
         joint_weight_.push_back(node_weight(joint.memory.last_interval, h));
     }
-    joints_.prepare(bodies, joints);
+    joints_.begin_solve(joints);
     to_.begin(bodies, settings.gravity, h);
     for (const PairContacts& pair : pairs) {
         to_.add(pair.manifold.body_a);
@@ -268,8 +268,8 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
 }
 
 /// Impulses that do not converge may be anything, but give no energy: bodies that they make faster as a whole become as slow as they
-/// were, so gaps stay between what they are and what they would become. Something that stands has to bear them: their momentum
-/// goes. Not where what bears them moves, or joints hold, whose springs and motors give energy.
+/// were, so gaps stay between what they are and what they would become, and joints closed. Something that stands has to bear them:
+/// their momentum goes. Not where what bears them moves, or joints' springs and motors give energy.
 void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
     for (const ContactGroup& group : groups_) {
         bool stands = false; // what it bears on
@@ -282,7 +282,7 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
                 (is_at_rest ? stands : moves) |= bodies.props[i].is_static();
             }
         }
-        if (group.has_joints || !stands || moves) {
+        if (is_driven(group) || !stands || moves) {
             continue;
         }
         const auto energy = [&](std::span<const Velocity> velocity) {

@@ -12,7 +12,7 @@ public:
     void set_workers(Workers* workers) { workers_ = workers; }
     /// Of its first group, from prepare() to the end of the step; in between their memory serves collisions.
     Blocks& blocks() { return groups_.front().contacts.loop; }
-    /// Of the scene's joints, for as long; in between they are prepared for what the last impulses owe, and for collisions.
+    /// Of the scene's joints, to be prepared at an instant before prepare(): for what the last impulses owe, and for collisions.
     JointSolver& joints() { return joints_; }
 
     /// Groups of all contacts of `pairs` at the poses of `bodies`, which the first solve() warm-starts. `bodies.velocity` are

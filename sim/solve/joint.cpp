@@ -52,6 +52,17 @@ void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
                x.softness == y.softness && x.is_out == y.is_out;
     };
     is_factored_ = is_factored_ && std::ranges::equal(rows_, before, couples_alike);
+    begin_solve(joints);
+}
+
+void JointSolver::begin_solve(std::span<const Joint> joints) {
+    take_out_drives(false);
+    for (Row& row : rows_) {
+        is_factored_ = is_factored_ && row.softness == 0.0;
+        row.target = row.sum = row.half = row.late = row.softness = 0.0;
+        row.most = std::numeric_limits<double>::infinity();
+        row.before = row.kind == RowKind::spring ? joints[static_cast<std::size_t>(row.joint)].memory.spring_owed : 0.0;
+    }
 }
 
 void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index) {
@@ -101,7 +112,6 @@ void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index) 
         const Vec3 axis = is_slider ? pose_b.orientation * joint.axis_b : pose_a.orientation * joint.axis_a;
         Row& row = is_slider ? add(kind, axis, r_a.cross(axis), r_b.cross(axis), 0.0) : add(kind, Vec3::Zero(), axis, axis, 0.0);
         row.gap = drive_position(joint, pose_a, pose_b, joint.memory.position);
-        row.before = kind == RowKind::spring ? joint.memory.spring_owed : 0.0;
         row.response = (row.inverse_mass_a + row.inverse_mass_b) * row.axis.squaredNorm() + row.arm_a.dot(row.turn_a) +
                        row.arm_b.dot(row.turn_b);
         has_motors_ = has_motors_ || kind == RowKind::motor;
@@ -190,6 +200,7 @@ double JointSolver::target_closed(std::span<const Joint> joints, std::span<const
                                   std::span<const Velocity> velocity, double h, double share) {
     double largest = 0.0, square = 0.0, square_gap = 0.0;
     JointAxes axes;
+    Vec3 d; // of the joint's anchors
     widest_ = {};
     for (Row& row : rows_) {
         const Joint& joint = joints[static_cast<std::size_t>(row.joint)];
@@ -197,6 +208,7 @@ double JointSolver::target_closed(std::span<const Joint> joints, std::span<const
         const Pose& b = predicted[static_cast<std::size_t>(row.b)];
         if (row.index == 0) {
             axes = joint_axes(joint, a, b);
+            d = a * joint.anchor_a - b * joint.anchor_b;
         }
         if (row.is_drive()) {
             target_drive(joint, row, drive_position(joint, a, b, row.gap), row_velocity(row, velocity), h);
@@ -204,8 +216,7 @@ double JointSolver::target_closed(std::span<const Joint> joints, std::span<const
         }
         const bool is_point = row.kind == RowKind::point;
         const auto k = static_cast<std::size_t>(is_point ? row.index : row.index - axes.point_count);
-        const double gap = is_point ? axes.points[k].dot(a * joint.anchor_a - b * joint.anchor_b)
-                                    : axes.angles_a[k].dot(axes.angles_b[k]);
+        const double gap = is_point ? axes.points[k].dot(d) : axes.angles_a[k].dot(axes.angles_b[k]);
         const double error = gap - (1.0 - share) * row.gap;
         row.target = row_velocity(row, velocity) - error / h;
         // The distance of anchors counts, not its components.
@@ -398,16 +409,27 @@ double JointSolver::fastest_rate(const Bodies& bodies, std::span<const double> i
         return 0.0;
     }
     const std::size_t count = bodies.props.size();
-    if (mode_.size() != count) {
-        mode_.resize(count);
-        Random random(mode_seed);
-        for (Velocity& motion : mode_) {
-            motion = {random.direction(), random.direction()};
-        }
-        close(mode_);
+    if (mode_.size() == count) {
+        return improve_mode(bodies, interval);
     }
+    mode_.resize(count);
+    Random random(mode_seed);
+    for (Velocity& motion : mode_) {
+        motion = {random.direction(), random.direction()};
+    }
+    close(mode_);
+    double rate = 0.0;
+    for (int round = 0; round < most_rounds; ++round) { // of a random motion it is about half of the fastest
+        rate = improve_mode(bodies, interval);
+    }
+    return rate;
+}
+
+/// One step of the power iteration. Returns the rate of the mode before it.
+double JointSolver::improve_mode(const Bodies& bodies, std::span<const double> interval) {
     // K of a point at the arm r of a body, where the force F acts: turned by x it does the work
     // ((F . r) |x|^2 - (F . x) (r . x)) / 2 less than F does along its path.
+    const std::size_t count = mode_.size();
     std::vector<Velocity> next(count);
     double work = 0.0;
     const auto add = [&](int body, const Vec3& arm, const Vec3& force) {

@@ -27,8 +27,12 @@ public:
     JointSolver(JointSolver&&) noexcept;
     JointSolver& operator=(JointSolver&&) noexcept;
 
-    /// Sets up the rows at the poses of `bodies`; J M^-1 J^T is factored when it is first needed, and where it has changed.
+    /// Sets up the rows at the poses of `bodies`, for a first solve; J M^-1 J^T is factored when it is first needed, and where it
+    /// has changed.
     void prepare(const Bodies& bodies, std::span<const Joint> joints);
+
+    /// Another solve at the same poses.
+    void begin_solve(std::span<const Joint> joints);
 
     bool empty() const { return rows_.empty(); }
 
@@ -76,7 +80,7 @@ public:
     /// Rate [rad/s] of the fastest motion that the joints' forces allow beside their own rows, as across a taut chain:
     /// the largest |eigenvalue| of M^-1 K, K the geometric stiffness of the impulses of this solve, each spread over
     /// its `interval` [joint_count] [s], on the motions that keep the joints closed. One step of the power iteration a
-    /// call, from the mode found in the last call. 0 before the first solve.
+    /// call, from the mode found in the last call; several in the first. 0 before the first solve.
     double fastest_rate(const Bodies& bodies, std::span<const double> interval);
 
     /// That mode: motions of all bodies, of which one is 1 m/s or 1 rad/s; empty before the first call.
@@ -127,6 +131,7 @@ private:
     static void apply(const Row& row, double p, std::span<Velocity> velocity);
     static std::optional<double> coupling(const Row& x, const Row& y);
     void factorise();
+    double improve_mode(const Bodies& bodies, std::span<const double> interval);
 
     std::vector<Row> rows_;
     std::vector<Velocity> mode_; ///< [body_count] of fastest_rate()
