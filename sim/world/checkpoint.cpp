@@ -21,6 +21,7 @@ void exchange(Archive& archive, State& state) {
     archive(state.energy);
     // The interval planned next.
     archive(state.interval);
+    archive(state.divided);
     archive(state.begun_at_limit);
     archive(state.stopped_at_impact);
     archive(state.gives_way);

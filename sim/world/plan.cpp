@@ -31,7 +31,8 @@ void WorldState::plan(StepReport& report) {
         ++report.divisions;
     }
     const double whole = interval;
-    int division = 0;
+    int division = progress < 1.0 ? std::max(divided - 1, 0) : 0; // within a step intervals grow by about twice at most
+    interval /= std::exp2(division);
     bool good = false;
     while (true) {
         stopped_at_impact = false;
@@ -58,6 +59,7 @@ void WorldState::plan(StepReport& report) {
             work_done -= settings.iteration_limit;
         }
     }
+    divided = division;
     gives_way = gives_way || contact_solver.given_way() > 0.0;
     if (repair.pressed) {
         fall_short(report, *repair.pressed);
