@@ -268,9 +268,8 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
 }
 
 /// Impulses that do not converge may be anything, but give no energy: bodies that they make faster as a whole become as slow as they
-/// were, so gaps stay between what they are and what they would become, and joints closed. Something that stands has to bear them:
-/// their momentum goes. Not where what bears them moves, where joints' springs and motors give energy, or where joints stay open:
-/// slower bodies do not close them.
+/// were, so gaps stay between what they are and what they would become. Something that stands has to bear them: their momentum
+/// goes. Not where what bears them moves, or joints hold, whose springs and motors give energy.
 void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
     for (const ContactGroup& group : groups_) {
         bool stands = false; // what it bears on
@@ -283,8 +282,7 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
                 (is_at_rest ? stands : moves) |= bodies.props[i].is_static();
             }
         }
-        const bool is_torn = group.report.joint_residual > part_of(settings_.joint_tolerance);
-        if (is_driven(group) || is_torn || !stands || moves) {
+        if (group.has_joints || !stands || moves) {
             continue;
         }
         const auto energy = [&](std::span<const Velocity> velocity) {

@@ -132,12 +132,11 @@ double WorldState::intervals_for_joints() const {
     return work_left() == 0 ? 0.0 : std::min(joint_rate, largest_turn_in_step / h) / largest_turn;
 }
 
-/// Parts [-] that the interval planned is to be taken in, as its joints vibrate so far that its half would be too long; the first
-/// one too far. Impacts give loads of which the last interval had none. Where not even so many divisions help, as of joints that are
-/// torn, 1.
+/// Parts [-] that the interval planned is to be taken in, as its joints vibrate so far that its half would be too long. Impacts give
+/// loads of which the last interval had none. Where not even so many divisions help, as of joints that are torn, 1.
 double WorldState::parts_of_plan_for_joints(int divisions) const {
     const double parts = std::ceil(interval * joint_rate / largest_turn);
-    return parts > (bodies.time > 0.0 ? 2.0 : 1.0) && parts <= std::exp2(divisions) ? parts : 1.0;
+    return parts > 2.0 && parts <= std::exp2(divisions) ? parts : 1.0;
 }
 
 /// Sweeps that the step under way may still take.

@@ -246,8 +246,8 @@ TEST(law_random_scenes, chains_that_are_hit_gain_no_energy) {
     judge(3867, 3867, 0);
 }
 
-/// Chains that are put together in motion: how fast their joints vibrate, no step before the first one tells. 5e-3 of their energy
-/// where one step of the power iteration is to find it, and 2e-3 where the first interval may be twice as long as others.
+/// Chains that are put together in motion: how fast their joints vibrate, no step before the first one tells. 5e-3 and 3e-3 of their
+/// energy where one step of the power iteration is to find it.
 TEST(law_random_scenes, chains_that_start_fast_gain_no_energy) {
     judge(9114, 9114, 0);
     judge(12342, 12342, 0);
@@ -267,11 +267,6 @@ TEST(law_random_scenes, contacts_beside_joints_give_no_energy) {
 /// with bodies 17 mm in each other.
 TEST(law_random_scenes, what_had_to_be_divided_is_not_tried_whole) {
     judge(19255, 19255, 0, 40.0);
-}
-
-/// A jam with a chain in it, whose last plan throws it: 9e-2 where joints are reason enough to take it as it is.
-TEST(law_random_scenes, what_does_not_converge_beside_joints_gives_no_energy) {
-    EXPECT_LE(run_scenes(16367, 16367).gain, sim::energy_gain_allowed);
 }
 
 TEST(law_random_scenes, DISABLED_most_of_four_hundred_converge_and_none_gains_energy) {
