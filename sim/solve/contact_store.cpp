@@ -138,12 +138,12 @@ void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<co
                             Prediction& to, std::span<Velocity> at_node) {
     find_hit_bodies(joints, to.is_reached);
     loop.share_colours([&](std::size_t first, std::size_t last) {
-        for_each_batch(pairs, first, last, [&](std::size_t i) {
+        for (std::size_t i = first; i < last; ++i) {
             RestWork work = work_of(RestPhase::store, i, i + 1, to.velocity);
             work.at_node = at_node.front().v.data();
             rest_blocks[i].hit = reached_lanes(loop.batches[i], to.is_reached);
             work_with_memory(work, i);
-        });
+        }
     });
     if (!has_all_) {
         forget_left_out(pairs, own);

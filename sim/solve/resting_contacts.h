@@ -75,16 +75,6 @@ private:
     void start_batch(const std::vector<PairContacts>& pairs, std::size_t i, std::span<Velocity> velocity);
     void start_lane(const Manifold& manifold, std::size_t i, std::size_t lane);
     void work_with_memory(RestWork work, std::size_t i);
-    /// Calls work(i) for batches first..last, while what the contacts of the next one remember is fetched.
-    template <typename Work>
-    void for_each_batch(const std::vector<PairContacts>& pairs, std::size_t first, std::size_t last, Work&& work) const {
-        for (std::size_t i = first; i < last; ++i) {
-            for (const int next : i + 1 < last ? loop.blocks_in(i + 1) : std::span<const int>()) {
-                prefetch(pairs[static_cast<std::size_t>(loop.blocks[static_cast<std::size_t>(next)].pair)]);
-            }
-            work(i);
-        }
-    }
     RestWork work_of(RestPhase phase, std::size_t first, std::size_t last, std::span<Velocity> velocity);
     void find_late_impacts(std::size_t first_block, std::span<const Velocity> at_node);
     void set_mark(Block& block, bool sticks);

@@ -97,7 +97,7 @@ struct WorldState {
     std::int64_t step_index = 0;
     double progress = 0.0;          ///< [-] 0..1, of the step under way
     double interval = 0.0;          ///< [s] planned next
-    int divided = 0;                ///< by two so often, so that it could be
+    int divided = 0;                ///< times by two [-] until it could be
     bool stopped_at_impact = false; ///< that ends at one
     bool begun_at_limit = false;    ///< the plan made before the first step did not converge: reported with that step
     double joint_rate = 0.0;        ///< [rad/s] of joints under the load of the interval planned
