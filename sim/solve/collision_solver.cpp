@@ -108,9 +108,6 @@ bool CollisionSolver::collect(const Bodies& bodies, std::span<const PairContacts
             collides_[k] = may_collide(near_[k]);
         }
         for (std::size_t k = first; k < last; ++k) {
-            if (k + 1 < last && collides_[k + 1] != 0) {
-                prefetch(near(pairs, k + 1));
-            }
             collides_[k] = collides_[k] != 0 && collides(near(pairs, k), approach_of(near_[k]));
         }
     });

@@ -25,14 +25,6 @@ struct EnergyLoss {
     double energy; ///< [J]; infinity: not known
 };
 
-/// Asks for what lies anywhere in memory, before its turn comes.
-inline void prefetch(const PairContacts& pair) {
-    const std::vector<Contact>& contacts = pair.manifold.contacts;
-    for (std::size_t at = 0; at < contacts.size() * sizeof(Contact); at += 64) {
-        __builtin_prefetch(reinterpret_cast<const char*>(contacts.data()) + at);
-    }
-}
-
 /// Gives the pair these contacts, and hands what it remembers of those it had to them: by feature id, the rest to the nearest
 /// core. What bears a load has to go on: the half kick of one contact alone would throw a body that is held between two.
 void replace_contacts(PairContacts& pair, std::span<const FoundContact> found);

@@ -145,14 +145,8 @@ void RestingContacts::start(const Bodies& bodies, const std::vector<PairContacts
     const std::size_t first_batch = loop.lay_out(bodies, first_block);
     grow(rest_points, loop.points.size());
     grow(rest_blocks, loop.batches.size());
-    const auto pair_of = [&](int block) -> const PairContacts& {
-        return pairs[static_cast<std::size_t>(loop.blocks[static_cast<std::size_t>(block)].pair)];
-    };
     const auto start_some = [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            for (const int next : i + 1 < last ? loop.blocks_in(i + 1) : std::span<const int>()) {
-                prefetch(pair_of(next));
-            }
             loop.fill_batch(i, bodies, bodies.velocity);
             start_batch(pairs, i, to.velocity);
             if (!uncertain.empty()) {

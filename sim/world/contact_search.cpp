@@ -53,9 +53,6 @@ void ContactSearch::find() {
             }
             distances.clip(std::span(near).first(count), corners);
             for (std::size_t i = 0; i < count; ++i) {
-                if (first + i + 1 < last) {
-                    prefetch(found[first + i + 1]);
-                }
                 find_contacts_of(*near[i], corners[i], contacts, found[first + i]);
             }
         }
