@@ -269,8 +269,9 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
 
 /// Impulses that do not converge may be anything, but give no energy: bodies that they make faster as a whole become as slow as they
 /// were, so gaps stay between what they are and what they would become. Something that stands has to bear them: their momentum
-/// goes. Not where what bears them moves, or joints hold, whose springs and motors give energy.
-void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs) {
+/// goes. Not where what bears them moves, or joints hold, whose springs and motors give energy. What has become slow together is
+/// `held` together.
+void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::vector<int>& held) {
     for (const ContactGroup& group : groups_) {
         bool stands = false; // what it bears on
         bool moves = false;
@@ -301,6 +302,7 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
         for (const std::size_t i : group.bodies) {
             to_.velocity[i].v *= share;
             to_.velocity[i].w *= share;
+            unite(held, static_cast<int>(group.bodies.front()), static_cast<int>(i));
         }
         to_.update(bodies, group.bodies, workers_);
     }
@@ -334,22 +336,30 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
         group.contacts.store(pairs, group.pairs, of_group, to_, at_node_);
     });
     groups_.count_sweeps();
-    if (falls_short) {
-        slow_down(bodies, pairs);
-    }
-    find_energy_lost(bodies);
+    joints_.store(joints, joint_weight_);
+    joints_.add_before(joint_weight_, at_node_);
     std::vector<int> connected = sets_of_one(at_node_.size());
-    std::vector<std::size_t> without_joints; // these have half kicks that hold against those of contacts
+    std::vector<std::size_t> passive; // what springs give is not half of what they will have given
     for (const ContactGroup& group : groups_) {
         group.contacts.unite_loaded(connected);
-        if (!group.has_joints) {
-            without_joints.insert(without_joints.end(), group.bodies.begin(), group.bodies.end());
+        if (!is_driven(group)) {
+            passive.insert(passive.end(), group.bodies.begin(), group.bodies.end());
         }
     }
     find_firsts(connected);
-    cut_half_kicks(bodies, without_joints, connected, to_.velocity, at_node_);
-    joints_.store(joints, joint_weight_);
-    joints_.add_before(joint_weight_, at_node_);
+    std::vector<int> held = connected; // by joints, too
+    for (const Joint& joint : joints) {
+        const auto moves = [&](int body) { return !bodies.props[static_cast<std::size_t>(body)].is_static(); };
+        if (moves(joint.a) && moves(joint.b)) {
+            unite(held, joint.a, joint.b);
+        }
+    }
+    if (falls_short) {
+        slow_down(bodies, pairs, held);
+    }
+    find_firsts(held);
+    cut_half_kicks(bodies, passive, held, to_.velocity, at_node_);
+    find_energy_lost(bodies);
     for (Joint& joint : joints) {
         joint.memory.last_interval = rules_.h;
     }

@@ -69,10 +69,10 @@ void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std:
     });
 }
 
-void cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std::span<const int> connected,
+void cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std::span<const int> held,
                     std::span<const Velocity> after, std::span<Velocity> at_node) {
-    std::vector<Kicks> kicks(at_node.size()); // of connected bodies, by the first of them
-    const auto kicks_of = [&](std::size_t body) -> Kicks& { return kicks[static_cast<std::size_t>(connected[body])]; };
+    std::vector<Kicks> kicks(at_node.size()); // of bodies held together, by the first of them
+    const auto kicks_of = [&](std::size_t body) -> Kicks& { return kicks[static_cast<std::size_t>(held[body])]; };
     for (const std::size_t i : own) {
         const auto energy = [&](const Velocity& of) { return kinetic_energy(bodies.props[i], bodies.pose[i].orientation, of); };
         const Velocity& before = bodies.velocity[i];

@@ -269,6 +269,16 @@ TEST(law_random_scenes, what_had_to_be_divided_is_not_tried_whole) {
     judge(19255, 19255, 0, 40.0);
 }
 
+/// A chain is jammed: what its joints tell of half kicks holds against those of contacts, of which an impact leaves some.
+TEST(law_random_scenes, what_is_told_of_jammed_chains_has_no_energy_of_its_own) {
+    judge(19221, 19221, 0);
+}
+
+/// A step does not converge: of two bodies that are slowed down together one is told as it was before, the other as it is after.
+TEST(law_random_scenes, what_is_told_of_steps_that_do_not_converge_has_no_energy_of_its_own) {
+    EXPECT_LE(run_scenes(18687, 18687).gain, sim::energy_gain_allowed);
+}
+
 TEST(law_random_scenes, DISABLED_most_of_four_hundred_converge_and_none_gains_energy) {
     judge(1, 200, 2);
     judge(5001, 5200, 2); // nothing is tuned on these
