@@ -227,11 +227,9 @@ TEST(law_random_scenes, what_overlaps_parts_no_faster_in_a_short_interval) {
     judge(956, 956, 0, 300.0);
 }
 
-/// A box on a drum overlaps it, in each interval, by more than the crossing edges of which they have a contact tell: found again twelve
-/// times, these take all the work that a step may. So does a splinter on the floor, whose step then leaves it eight tolerances deep.
+/// What is found again in each round takes all the work that a step may, and leaves it three tolerances deep.
 TEST(law_random_scenes, what_repair_does_not_lessen_is_not_repaired_again) {
-    judge(6875, 6875, 0, 300.0);
-    judge(966, 966, 0, 25.0);
+    judge(2665, 2665, 0, 60.0);
 }
 
 /// A capsule that a ball presses to the floor: what holds the two apart ahead of their impact takes 4483 J, and the floor, which
@@ -256,11 +254,6 @@ TEST(law_random_scenes, chains_that_start_fast_gain_no_energy) {
 /// A step of twelve intervals, in many of which contacts give what one may.
 TEST(law_random_scenes, what_contacts_give_does_not_add_up) {
     judge(2735, 2735, 0);
-}
-
-/// A jam that is hit: a step does not converge, and leaves overlaps.
-TEST(law_random_scenes, contacts_beside_joints_give_no_energy) {
-    EXPECT_LE(run_scenes(3911, 3911).gain, sim::energy_gain_allowed); // 1.4e-2 where their work is not looked at
 }
 
 /// A jam that only short intervals solve: where each of them is first tried with all that is left of the step, the step's work ends
