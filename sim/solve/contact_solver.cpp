@@ -339,11 +339,11 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
     joints_.store(joints, joint_weight_);
     joints_.add_before(joint_weight_, at_node_);
     std::vector<int> connected = sets_of_one(at_node_.size());
-    std::vector<std::size_t> passive; // what springs give is not half of what they will have given
+    std::vector<std::size_t> loaded; // joints alone give no energy, and of what springs give no half is told
     for (const ContactGroup& group : groups_) {
         group.contacts.unite_loaded(connected);
-        if (!is_driven(group)) {
-            passive.insert(passive.end(), group.bodies.begin(), group.bodies.end());
+        if (has_pairs(group) && !is_driven(group)) {
+            loaded.insert(loaded.end(), group.bodies.begin(), group.bodies.end());
         }
     }
     find_firsts(connected);
@@ -358,7 +358,7 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
         slow_down(bodies, pairs, held);
     }
     find_firsts(held);
-    cut_half_kicks(bodies, passive, held, to_.velocity, at_node_);
+    cut_half_kicks(bodies, loaded, held, to_.velocity, at_node_);
     find_energy_lost(bodies);
     for (Joint& joint : joints) {
         joint.memory.last_interval = rules_.h;
