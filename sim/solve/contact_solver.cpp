@@ -336,8 +336,10 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
         group.contacts.store(pairs, group.pairs, of_group, to_, at_node_);
     });
     groups_.count_sweeps();
-    joints_.store(joints, joint_weight_);
-    joints_.add_before(joint_weight_, at_node_);
+    if (!joints.empty()) {
+        joints_.store(joints, joint_weight_);
+        joints_.add_before(joint_weight_, at_node_);
+    }
     std::vector<int> connected = sets_of_one(at_node_.size());
     std::vector<std::size_t> loaded; // joints alone give no energy, and of what springs give no half is told
     for (const ContactGroup& group : groups_) {
