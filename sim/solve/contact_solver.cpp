@@ -349,18 +349,14 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
         }
     }
     find_firsts(connected);
-    std::vector<int> held = connected; // by joints, too
-    for (const Joint& joint : joints) {
-        const auto moves = [&](int body) { return !bodies.props[static_cast<std::size_t>(body)].is_static(); };
-        if (moves(joint.a) && moves(joint.b)) {
-            unite(held, joint.a, joint.b);
-        }
-    }
+    std::vector<int> held = connected;
     if (falls_short) {
         slow_down(bodies, pairs, held);
+        find_firsts(held);
     }
-    find_firsts(held);
-    cut_half_kicks(bodies, loaded, held, to_.velocity, at_node_);
+    if (cut_half_kicks(bodies, loaded, held, to_.velocity, at_node_) && !joints_.has_drives()) {
+        joints_.add_before(joint_weight_, at_node_); // the joints close again; where motors or springs act, none is cut
+    }
     find_energy_lost(bodies);
     for (Joint& joint : joints) {
         joint.memory.last_interval = rules_.h;

@@ -69,7 +69,7 @@ void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std:
     });
 }
 
-void cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std::span<const int> held,
+bool cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std::span<const int> held,
                     std::span<const Velocity> after, std::span<Velocity> at_node) {
     std::vector<Kicks> kicks(at_node.size()); // of bodies held together, by the first of them
     const auto kicks_of = [&](std::size_t body) -> Kicks& { return kicks[static_cast<std::size_t>(held[body])]; };
@@ -82,11 +82,14 @@ void cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std:
         kicks_of(i).work += energy(at_node[i]) - begun - change;
         kicks_of(i).room += energy(after[i]) - begun;
     }
+    bool is_cut = false;
     for (const std::size_t i : own) {
         if (const double share = kicks_of(i).share(); share < 1.0) {
             at_node[i] = between(bodies.velocity[i], at_node[i], share);
+            is_cut = true;
         }
     }
+    return is_cut;
 }
 
 double half_kick_work(const Bodies& bodies, std::span<const PairContacts> pairs, std::span<const char> only,

@@ -13,9 +13,9 @@ void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std:
 
 /// at_node: velocities at an instant with its half kicks, those of `bodies` before its impulses, `after` them. In between bodies have
 /// no more energy than before or after, but where some of their contacts begin to bear what others have borne: a row that is being
-/// wedged. The half kicks of bodies that loads or joints hold together are cut to what gives no more. own: bodies that move, all
-/// without motors and springs; held [body_count]: as `connected`.
-void cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std::span<const int> held,
+/// wedged. The half kicks of bodies that are `held` together, as `connected`, are cut to what gives no more. own: bodies that move,
+/// all without motors and springs. Returns whether any are cut.
+bool cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std::span<const int> held,
                     std::span<const Velocity> after, std::span<Velocity> at_node);
 
 /// Work [J] that kinematic bodies do by those of pairs with a body in `only` [body_count]. kinematic: kinematic_velocity().
