@@ -435,7 +435,7 @@ void Blocks::visit_again(const BatchSweep& like, double large) {
 
 double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance, double large,
                      const std::function<void()>& close_joints) {
-    const bool is_due = !close_joints && sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
+    const bool is_due = sweeps_ >= plain_sweeps && sweeps_ % newton_period == 0;
     ++sweeps_;
     if (is_due) {
         solve_stalled(velocity, skip);

@@ -162,6 +162,7 @@ public:
     std::vector<BatchPoint> points; ///< of the batches
     Workers* workers = nullptr;     ///< share what is done block by block; null: this thread does all
     bool may_give_way = false;      ///< see softness()
+    std::span<const int> assembly_of; ///< [body_count] of joints, -1: none; may be empty
 
     /// Room for so many blocks and contacts, which are to be written; no batches.
     void clear(std::size_t block_count = 0, std::size_t contact_count = 0);
@@ -249,7 +250,7 @@ public:
     /// velocities changed by no more than `skip` [m/s] since it was last solved is passed over. tolerance: see BatchSweep. After
     /// some sweeps the impulses are extrapolated, and what changed by more than `large` [m/s] is visited again; where they stall,
     /// every second sweep takes half of what its visits find, and impulses give way if they may. close_joints: of bodies in blocks,
-    /// before the visits; with it Newton's method, which knows no joints, is not used.
+    /// before the visits.
     double sweep(std::span<Velocity> velocity, double skip, double tolerance,
                  double large = std::numeric_limits<double>::infinity(), const std::function<void()>& close_joints = {});
 

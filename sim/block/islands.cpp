@@ -79,6 +79,8 @@ void Blocks::find_islands() {
             island.bodies.push_back(own[body]);
         }
         std::ranges::sort(island.bodies);
+        const auto is_held = [&](int body) { return !assembly_of.empty() && assembly_of[static_cast<std::size_t>(body)] >= 0; };
+        island.has_joints = std::ranges::any_of(island.bodies, is_held);
     }
     for (std::size_t i = 0; i < blocks.size(); ++i) {
         if (blocks[i].count > 0) {
@@ -144,6 +146,9 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
         find_islands();
     }
     for (Island& island : islands_) {
+        if (island.has_joints) {
+            continue;
+        }
         const double change = largest_change(island);
         island.is_extrapolated = change > skip;
         if (!island.is_extrapolated) {

@@ -41,6 +41,7 @@ struct Island {
     int rounds = 0;      ///< of that: factorisations
     bool is_served = false;      ///< by steps of this solve, none of them known to be in vain
     bool resists = false;        ///< one was: left to sweeps
+    bool has_joints = false;     ///< which the equations lack: the same
     bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last
     double change = 0.0;         ///< [m/s] largest of a visit before the last step
 };

@@ -177,20 +177,21 @@ void CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSetting
         return x <= std::max(settings.velocity_tolerance, loop_.let_pass() * settings.tolerance / settings.time_step.value());
     };
     loop_.may_give_way = may_give_way;
+    loop_.assembly_of = joints_.assembly_of();
     loop_.wake(settings.iteration_limit);
     constexpr double infinity = std::numeric_limits<double>::infinity();
     double change = infinity; // [m/s] by the last sweep
     double missing = 0.0;     // [m/s] of the joints, before its visits
     std::function<void()> close_joints;
-    if (!joints_.empty()) {
-        close_joints = [&] { missing = joints_.solve(velocity); };
+    if (!assemblies_.empty()) {
+        close_joints = [&] { missing = joints_.solve(assemblies_, velocity); };
     }
     for (converged = false; loop_.spent() < settings.iteration_limit && !converged;) {
         change = loop_.sweep(velocity, skip, settings.velocity_tolerance, infinity, close_joints);
-        converged = is_enough(change) && (joints_.empty() || (loop_.sweeps() > 1 && is_enough(missing)));
+        converged = is_enough(change) && (assemblies_.empty() || (loop_.sweeps() > 1 && is_enough(missing)));
     }
     converged = converged && !loop_.gives_way();
-    joints_.solve(velocity);
+    joints_.solve(assemblies_, velocity);
     sweeps_ += loop_.spent();
 }
 
@@ -308,20 +309,29 @@ void CollisionSolver::report_impacts(int pass) {
     }
 }
 
-/// The bodies whose velocities this pass may change, and these velocities.
-void CollisionSolver::begin_pass(std::span<const Velocity> velocity) {
+/// The bodies whose velocities this pass may change, and these velocities, for which joints are closed.
+void CollisionSolver::begin_pass(std::vector<Velocity>& velocity) {
+    const auto sort = [](auto& numbers) { // each once
+        std::ranges::sort(numbers);
+        numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    };
     in_pass_.clear();
-    if (joints_.empty()) {
-        for (const Block& block : loop_.blocks) {
-            in_pass_.push_back(static_cast<std::size_t>(block.a));
-            in_pass_.push_back(static_cast<std::size_t>(block.b));
-        }
-        std::ranges::sort(in_pass_);
-        in_pass_.erase(std::unique(in_pass_.begin(), in_pass_.end()), in_pass_.end());
-    } else {
-        in_pass_.resize(velocity.size());
-        std::iota(in_pass_.begin(), in_pass_.end(), std::size_t{0});
+    for (const Block& block : loop_.blocks) {
+        in_pass_.push_back(static_cast<std::size_t>(block.a));
+        in_pass_.push_back(static_cast<std::size_t>(block.b));
     }
+    assemblies_.clear();
+    for (std::size_t i = 0; !joints_.empty() && i < in_pass_.size(); ++i) {
+        if (const int assembly = joints_.assembly_of()[in_pass_[i]]; assembly >= 0) {
+            assemblies_.push_back(assembly);
+        }
+    }
+    sort(assemblies_);
+    for (const int assembly : assemblies_) {
+        in_pass_.insert(in_pass_.end(), joints_.bodies_of(assembly).begin(), joints_.bodies_of(assembly).end());
+    }
+    sort(in_pass_);
+    joints_.solve(assemblies_, velocity);
     before_.resize(velocity.size());
     for (const std::size_t i : in_pass_) {
         before_[i] = velocity[i];
@@ -346,16 +356,11 @@ Unsettled CollisionSolver::fastest_left() {
 }
 
 CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
-                                         std::span<const Joint> joints, const StepSettings& settings,
-                                         std::vector<Velocity>& velocity) {
+                                         const StepSettings& settings, std::vector<Velocity>& velocity) {
     CollisionReport report;
     std::vector<char>& touched = report.touched;
     touched.assign(velocity.size(), 0);
     sweeps_ = 0;
-    const auto touch = [&](int body) {
-        const auto i = static_cast<std::size_t>(body);
-        touched[i] = !bodies.props[i].is_static();
-    };
     while (collect(bodies, pairs, settings, velocity, report.passes)) {
         if (sweeps_ + sweeps_to_arrange * report.passes >= most_sweeps) {
             report.converged = false; // what still approaches is left to the resting solve
@@ -366,12 +371,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
             joints_.target_rest();
             kinematic_ = bodies.kinematic.empty() ? std::vector<Velocity>{} : kinematic_velocity(bodies);
             joint_work_ = 0.0;
-            for (const Joint& joint : joints) {
-                touch(joint.a);
-                touch(joint.b);
-            }
         }
-        joints_.solve(velocity);
         begin_pass(velocity);
         bool converged = true;
         iterate(velocity, settings, converged);
@@ -384,13 +384,10 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
         report.unsettled = converged ? Unsettled{} : loop_.least_settled();
         report.collisions += static_cast<int>(loop_.contacts.size());
         ++report.passes;
-        for (const Block& block : loop_.blocks) {
-            touch(block.a);
-            touch(block.b);
-        }
         is_changed_.assign(velocity.size(), 0);
         for (const std::size_t i : in_pass_) {
             is_changed_[i] = !bodies.props[i].is_static();
+            touched[i] = touched[i] | is_changed_[i];
         }
         if (loop_.gives_way()) {
             break; // no velocities part all that collide: what still approaches is left to the resting solve

@@ -56,8 +56,8 @@ public:
     std::int64_t most_sweeps = std::numeric_limits<std::int64_t>::max();
 
     /// velocity: those of the instant [body_count]; changed in place.
-    CollisionReport resolve(const Bodies& bodies, std::span<const PairContacts> pairs,
-                            std::span<const Joint> joints, const StepSettings& settings, std::vector<Velocity>& velocity);
+    CollisionReport resolve(const Bodies& bodies, std::span<const PairContacts> pairs, const StepSettings& settings,
+                            std::vector<Velocity>& velocity);
 
 private:
     /// A pair that may collide within this instant; each pass looks at all of them, and at few of the pairs.
@@ -82,7 +82,7 @@ private:
     void iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
     void report_impacts(int pass);
     double energy_owed() const;
-    void begin_pass(std::span<const Velocity> velocity);
+    void begin_pass(std::vector<Velocity>& velocity);
     double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
                        bool& converged);
     double work_of_pass();
@@ -96,6 +96,7 @@ private:
     std::vector<Target> targets_;     ///< [loop_.contacts]
     std::vector<BatchPoint> elastic_; ///< [loop_.points] before energy was taken away
     std::vector<std::size_t> in_pass_; ///< these bodies, in their order
+    std::vector<int> assemblies_;      ///< of joints that hold some of them, ascending
     std::vector<Velocity> before_;  ///< [body_count] as this pass began, of the bodies in it
     std::vector<Velocity> plastic_; ///< [body_count] memory of keep_energy()
     std::vector<NearPair> near_;    ///< ascending

@@ -14,7 +14,7 @@ constexpr std::size_t group_size = 256;
 } // namespace
 
 bool ContactGroups::is_large(const ContactGroup& group) {
-    return group.has_joints || group.pairs.size() >= 2 * group_size;
+    return group.pairs.size() >= 2 * group_size;
 }
 
 void ContactGroups::begin_group(std::size_t index) {
@@ -24,16 +24,16 @@ void ContactGroups::begin_group(std::size_t index) {
     ContactGroup& group = groups_[index];
     group.pairs.clear();
     group.bodies.clear();
-    group.has_joints = false;
+    group.assemblies.clear();
     group.is_begun = false;
     group.is_wedged = false;
     group.is_due = true;
     group.given_way = 0.0;
 }
 
-/// The first body of each one's island. Returns that of the joints; -1 if they move none.
-int ContactGroups::find_islands(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
-                                std::span<const std::size_t> solved) {
+/// The first body of each one's island.
+void ContactGroups::find_islands(const Bodies& bodies, const std::vector<PairContacts>& pairs, const JointSolver& joints,
+                                 std::span<const std::size_t> solved) {
     first_of_.resize(bodies.props.size());
     for (const std::size_t i : solved) {
         first_of_[i] = bodies.props[i].is_static() ? -1 : static_cast<int>(i);
@@ -47,37 +47,29 @@ int ContactGroups::find_islands(const Bodies& bodies, const std::vector<PairCont
             unite(first_of_, a, b);
         }
     }
-    int jointed = -1;
-    for (const Joint& joint : joints) {
-        for (const int body : {joint.a, joint.b}) {
-            if (moves(body)) {
-                jointed = jointed < 0 ? body : jointed;
-                unite(first_of_, jointed, body);
-            }
-        }
+    for (const int assembly : joints.assemblies()) {
+        const std::span<const int> held = joints.bodies_of(assembly);
+        std::ranges::for_each(held, [&](int body) { unite(first_of_, held.front(), body); });
     }
     for (const std::size_t i : solved) {
         if (first_of_[i] >= 0) {
             first_of_[i] = first_of_[static_cast<std::size_t>(first_of_[i])]; // that one, earlier, is right
         }
     }
-    return jointed < 0 ? -1 : first_of_[static_cast<std::size_t>(jointed)];
 }
 
-void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& pairs, const JointSolver& joints,
                          std::span<const std::size_t> solved, Workers* workers) {
     block_bodies_->begin(bodies, solved, workers);
-    const int jointed = find_islands(bodies, pairs, joints, solved);
+    find_islands(bodies, pairs, joints, solved);
     const auto island_of = [&](int body) { return static_cast<std::size_t>(first_of_[static_cast<std::size_t>(body)]); };
     size_.assign(bodies.props.size(), 0);
     for (const int mover : mover_) {
         ++size_[island_of(mover)];
     }
     group_of_.assign(bodies.props.size(), -1); // of islands by their first bodies, then of all
-    begin_group(0);
-    groups_.front().has_joints = !joints.empty();
-    std::size_t used = 1;
-    std::size_t filled = 0; // pairs of the islands in the last group
+    std::size_t used = 0;
+    std::size_t filled = group_size; // pairs of the islands in the last group, or what admits no others
     const auto add_island = [&](std::size_t first) {
         if (filled >= group_size) {
             begin_group(used++);
@@ -86,16 +78,24 @@ void ContactGroups::form(const Bodies& bodies, const std::vector<PairContacts>& 
         group_of_[first] = static_cast<int>(used) - 1;
         filled += static_cast<std::size_t>(size_[first]);
     };
-    if (jointed >= 0) {
-        add_island(static_cast<std::size_t>(jointed));
+    for (const int assembly : joints.assemblies()) {
+        const std::size_t first = island_of(joints.bodies_of(assembly).front());
+        if (group_of_[first] < 0) {
+            filled = group_size;
+            add_island(first);
+        }
+        groups_[static_cast<std::size_t>(group_of_[first])].assemblies.push_back(assembly);
     }
-    filled = joints.empty() ? 0 : group_size; // what they do not hold is in other groups
+    filled = group_size;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         const std::size_t first = island_of(mover_[i]);
         if (group_of_[first] < 0) {
             add_island(first);
         }
         groups_[static_cast<std::size_t>(group_of_[first])].pairs.push_back(static_cast<int>(i));
+    }
+    if (used == 0) {
+        begin_group(used++);
     }
     while (groups_.size() > used) {
         groups_.pop_back();
@@ -166,8 +166,7 @@ void ContactGroups::add(const Bodies& bodies, const std::vector<PairContacts>& p
 void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::pair<std::size_t, std::size_t> both,
                          std::span<const int> added, Prediction& to) {
     auto [from, into] = both;
-    const auto rank = [&](std::size_t i) { return std::pair(groups_[i].has_joints, groups_[i].pairs.size()); };
-    if (rank(from) > rank(into)) {
+    if (groups_[from].pairs.size() > groups_[into].pairs.size()) {
         std::swap(from, into);
     }
     ContactGroup& source = groups_[from];
@@ -185,12 +184,14 @@ void ContactGroups::join(const Bodies& bodies, const std::vector<PairContacts>& 
     target.given_way = std::max(target.given_way, source.given_way);
     target.pairs.insert(target.pairs.end(), source.pairs.begin(), source.pairs.end());
     target.bodies.insert(target.bodies.end(), source.bodies.begin(), source.bodies.end());
+    target.assemblies.insert(target.assemblies.end(), source.assemblies.begin(), source.assemblies.end());
     for (const std::size_t i : source.bodies) {
         group_of_[i] = static_cast<int>(into);
     }
     source.contacts.loop.clear();
     source.pairs.clear();
     source.bodies.clear();
+    source.assemblies.clear();
     source.is_due = false;
     source.given_way = 0.0;
     source.report = {};

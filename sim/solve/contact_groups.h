@@ -24,7 +24,7 @@ struct ContactGroup {
     std::vector<int> pairs;           ///< ascending; then those that were added
     std::vector<std::size_t> bodies;  ///< that its contacts and joints move
     std::vector<std::size_t> changed; ///< of them, those that the uncertain share of the guess moves
-    bool has_joints = false;   ///< all joints are in one group
+    std::vector<int> assemblies;      ///< of joints
     bool is_begun = false;     ///< its contacts are in blocks
     bool is_wedged = false;    ///< loaded contacts could not part as they were asked to
     bool is_due = true;        ///< it is to be solved, or solved again
@@ -40,9 +40,9 @@ class ContactGroups {
 public:
     ContactGroups() { groups_.emplace_back(block_bodies_); }
 
-    /// Groups of islands, in the order of their first pairs; all joints, which are one system of equations, in the first,
-    /// with what they hold and nothing else. solved: bodies in contacts or joints, ascending.
-    void form(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+    /// Groups of islands: one of each that has joints, whose equations take longer than its visits, then those of the others, in the
+    /// order of their first pairs. solved: bodies in contacts or joints, ascending.
+    void form(const Bodies& bodies, const std::vector<PairContacts>& pairs, const JointSolver& joints,
               std::span<const std::size_t> solved, Workers* workers);
 
     /// See RestingContacts. Groups that they connect become one.
@@ -89,8 +89,8 @@ public:
 private:
     static bool is_large(const ContactGroup& group);
     void begin_group(std::size_t index);
-    int find_islands(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
-                     std::span<const std::size_t> solved);
+    void find_islands(const Bodies& bodies, const std::vector<PairContacts>& pairs, const JointSolver& joints,
+                      std::span<const std::size_t> solved);
     std::size_t group_of(const PairContacts& pair) const;
     void join(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::pair<std::size_t, std::size_t> both,
               std::span<const int> added, Prediction& to);

@@ -81,7 +81,7 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
     to_.move_others(bodies, workers_);
     change_.resize(bodies.props.size());
     guessed_.resize(bodies.props.size());
-    groups_.form(bodies, pairs, joints, to_.solved, workers_);
+    groups_.form(bodies, pairs, joints_, to_.solved, workers_);
 }
 
 /// Begins with a guess, without what is uncertain of it: g, the impulses that answered an impact; all of them, from a shorter
@@ -102,12 +102,13 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
     group.settled = (was_swept ? solved_share : 1.0) * std::min(iteration_tolerance_, settled_change);
     group.sweeps = 0;
     group.contacts.loop.may_give_way = may_give_way;
+    group.contacts.loop.assembly_of = joints_.assembly_of();
     RestRules rules = rules_;
     rules.is_halved = std::ranges::any_of(group.bodies, [&](std::size_t i) { return known.wedged[i]; });
     group.contacts.follow(settings_, rules);
     group.contacts.begin(bodies, pairs, group.pairs, to_, change_);
     take_uncertain(group);
-    if (group.has_joints) {
+    if (!group.assemblies.empty()) {
         for (const std::size_t i : group.bodies) {
             std::swap(to_.velocity[i], guessed_[i]);
         }
@@ -116,11 +117,11 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
 
 /// Once the targets are set.
 void ContactSolver::give_guess(const Bodies& bodies, ContactGroup& group) {
-    if (group.has_joints && !group.contacts.loop.empty()) {
+    if (!group.assemblies.empty() && !group.contacts.loop.empty()) {
         for (const std::size_t i : group.bodies) {
             to_.velocity[i] = guessed_[i];
         }
-        joints_.solve(to_.velocity);
+        joints_.solve(group.assemblies, to_.velocity);
     }
     give_uncertain(bodies, group);
 }
@@ -174,9 +175,10 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
     bool is_held = false;
     double last = std::numeric_limits<double>::infinity(); // [m/s] change of the sweep before
     double missing = 0.0; // [m/s] of the joints, before the last sweep's visits
+    const bool has_joints = !group.assemblies.empty();
     std::function<void()> close_joints;
-    if (group.has_joints) {
-        close_joints = [&] { missing = joints_.solve(to_.velocity); };
+    if (has_joints) {
+        close_joints = [&] { missing = joints_.solve(group.assemblies, to_.velocity); };
     }
     loop.wake(budget);
     for (converged = false; loop.spent() < budget && !converged;) {
@@ -190,11 +192,11 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
         if (loop.stalls() && !converged && !std::exchange(is_held, true)) {
             group.is_wedged = group.contacts.hold_overlaps(left_share * group.enough) > 0.0 || group.is_wedged;
         }
-        converged = converged && (loop.empty() || !group.has_joints || (loop.sweeps() > 1 && is_enough(missing)));
+        converged = converged && (loop.empty() || !has_joints || (loop.sweeps() > 1 && is_enough(missing)));
     }
     group.sweeps += loop.sweeps();
-    if (group.has_joints && !loop.empty()) {
-        joints_.solve(to_.velocity);
+    if (!loop.empty()) {
+        joints_.solve(group.assemblies, to_.velocity);
     }
     return loop.spent();
 }
@@ -231,11 +233,11 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     to_.update(bodies, group.bodies, workers);
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);
-    for (int outer = 0; !contacts.loop.empty() || group.has_joints; ++outer) {
+    for (int outer = 0; !contacts.loop.empty() || !group.assemblies.empty(); ++outer) {
         const auto [contacts_before, joints_before] = std::pair(report.residual, report.joint_residual);
         report.residual = gaps.measure();
         report.joint_residual =
-            group.has_joints ? joints_.target_closed(joints, to_.pose, to_.velocity, rules_.h, rules_.step_share) : 0.0;
+            joints_.target_closed(group.assemblies, joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
         if (outer == 0 && is_guess) {
             give_guess(bodies, group);
         }
@@ -251,7 +253,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
             break;
         }
         if (are_closed) { // what the joints still miss is far less than gaps may be wrong, and sweeps would open them again
-            joints_.solve(to_.velocity);
+            joints_.solve(group.assemblies, to_.velocity);
             to_.update(bodies, group.bodies, workers);
             continue;
         }
@@ -283,7 +285,7 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
                 (is_at_rest ? stands : moves) |= bodies.props[i].is_static();
             }
         }
-        if (group.has_joints || !stands || moves) {
+        if (!group.assemblies.empty() || !stands || moves) {
             continue;
         }
         const auto energy = [&](std::span<const Velocity> velocity) {
@@ -332,13 +334,16 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
     at_node_ = bodies.velocity;
     const auto has_pairs = [](const ContactGroup& group) { return !group.pairs.empty(); };
     groups_.for_each(workers_, has_pairs, [&](ContactGroup& group) {
-        const std::span<const Joint> of_group = group.has_joints ? joints : std::span<Joint>{};
-        group.contacts.store(pairs, group.pairs, of_group, to_, at_node_);
+        std::vector<std::span<const int>> held;
+        for (const int assembly : group.assemblies) {
+            held.push_back(joints_.bodies_of(assembly));
+        }
+        group.contacts.store(pairs, group.pairs, held, to_, at_node_);
     });
     groups_.count_sweeps();
     if (!joints.empty()) {
         joints_.store(joints, joint_weight_);
-        joints_.add_before(joint_weight_, at_node_);
+        joints_.add_before(joints_.assemblies(), joint_weight_, at_node_);
     }
     std::vector<int> connected = sets_of_one(at_node_.size());
     std::vector<std::size_t> loaded; // joints alone give no energy, and of what springs give no half is told
@@ -348,14 +353,22 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
             loaded.insert(loaded.end(), group.bodies.begin(), group.bodies.end());
         }
     }
+    for (const int assembly : joints_.assemblies()) {
+        const std::span<const int> of_joints = joints_.bodies_of(assembly);
+        std::ranges::for_each(of_joints, [&](int body) { unite(connected, of_joints.front(), body); });
+    }
     find_firsts(connected);
     std::vector<int> held = connected;
     if (falls_short) {
         slow_down(bodies, pairs, held);
         find_firsts(held);
     }
-    if (cut_half_kicks(bodies, loaded, held, to_.velocity, at_node_) && !joints_.has_drives()) {
-        joints_.add_before(joint_weight_, at_node_); // the joints close again; where motors or springs act, none is cut
+    if (cut_half_kicks(bodies, loaded, held, to_.velocity, at_node_)) {
+        for (const ContactGroup& group : groups_) {
+            if (!is_driven(group)) {
+                joints_.add_before(group.assemblies, joint_weight_, at_node_); // the joints close again
+            }
+        }
     }
     find_energy_lost(bodies);
     for (Joint& joint : joints) {
@@ -398,7 +411,8 @@ Unsettled ContactSolver::least_settled() {
         }
         worst = missed;
         if (are_joints) {
-            found = {.joint = joints_.widest().joint, .error = joints_.widest().gap};
+            const JointSolver::Opening widest = joints_.widest(group.assemblies);
+            found = {.joint = widest.joint, .error = widest.gap};
         } else {
             found = group.contacts.loop.least_settled();
             found.error = group.report.residual;

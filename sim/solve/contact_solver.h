@@ -59,7 +59,7 @@ public:
     double given_way() const;
     /// The most [m] that a contact of the pair's island, or of its group, is asked for less, as no motion gives it.
     double given_way(int pair) const;
-    double joint_gap() const { return joints_.widest().gap; } ///< [m] largest at the predicted poses
+    double joint_gap() const { return joints_.widest(joints_.assemblies()).gap; } ///< [m] largest at the predicted poses
     Unsettled least_settled();
 
     /// Puts or gets what is planned, and what the next solve takes from this one beside the memory of pairs and joints.
@@ -94,7 +94,7 @@ private:
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
     int iterate(ContactGroup& group, int budget, bool& converged);
     /// Motors and springs do work by way of contacts.
-    bool is_driven(const ContactGroup& group) const { return group.has_joints && joints_.has_drives(); }
+    bool is_driven(const ContactGroup& group) const { return joints_.has_drives(group.assemblies); }
     void find_energy_lost(const Bodies& bodies);
     void slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::vector<int>& held);
     void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);

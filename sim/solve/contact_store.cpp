@@ -96,7 +96,7 @@ double RestingContacts::force_share(const Block& block) const {
 /// Which bodies impacts hit, and which they reach through joints, and through contacts that pass them on. An impact acts as a whole
 /// within the interval, and so do the answers of the contacts that these bodies have: the instants before and after have no part of
 /// them.
-void RestingContacts::find_hit_bodies(std::span<const Joint> joints, std::span<char> is_reached) {
+void RestingContacts::find_hit_bodies(std::span<const std::span<const int>> assemblies, std::span<char> is_reached) {
     // Calls reach(body, is it reached?) for these bodies of the lanes.
     const auto for_each_in = [&](const int* body, unsigned lanes, auto&& reach) {
         for (; lanes != 0; lanes &= lanes - 1) {
@@ -109,7 +109,6 @@ void RestingContacts::find_hit_bodies(std::span<const Joint> joints, std::span<c
         is_passed_on = is_passed_on || a != b;
         a = b = a | b;
     };
-    const auto moves = [&](int body) { return loop.rows()[static_cast<std::size_t>(body)].x[0] > 0.0; };
     for (std::size_t i = 0; i < loop.batches.size(); ++i) {
         const BlockBatch& batch = loop.batches[i];
         const auto reach = [&](std::size_t, char& body) {
@@ -126,17 +125,17 @@ void RestingContacts::find_hit_bodies(std::span<const Joint> joints, std::span<c
                 pass_on(a, is_reached[static_cast<std::size_t>(batch.b[lane])]);
             });
         }
-        for (const Joint& joint : joints) {
-            if (moves(joint.a) && moves(joint.b)) {
-                pass_on(is_reached[static_cast<std::size_t>(joint.a)], is_reached[static_cast<std::size_t>(joint.b)]);
+        for (const std::span<const int> assembly : assemblies) {
+            for (const int body : assembly) {
+                pass_on(is_reached[static_cast<std::size_t>(assembly.front())], is_reached[static_cast<std::size_t>(body)]);
             }
         }
     }
 }
 
-void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<const int> own, std::span<const Joint> joints,
-                            Prediction& to, std::span<Velocity> at_node) {
-    find_hit_bodies(joints, to.is_reached);
+void RestingContacts::store(const std::vector<PairContacts>& pairs, std::span<const int> own,
+                            std::span<const std::span<const int>> assemblies, Prediction& to, std::span<Velocity> at_node) {
+    find_hit_bodies(assemblies, to.is_reached);
     loop.share_colours([&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             RestWork work = work_of(RestPhase::store, i, i + 1, to.velocity);

@@ -1,5 +1,6 @@
 #include "sim/solve/joint.h"
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/base/error.h"
 #include "sim/base/random.h"
 
@@ -24,11 +25,10 @@ constexpr std::uint64_t mode_seed = 1;
 
 } // namespace
 
-/// The sparse factor of J M^-1 J^T and the vectors of a solve.
+/// Of an assembly: the sparse factor of J M^-1 J^T and the vectors of a solve.
 struct JointSolver::Factor {
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt;
-    Eigen::SparseMatrix<double> matrix;
-    std::vector<Eigen::Triplet<double>> entries; ///< of the lower triangle, those that are not always 0
+    Eigen::SparseMatrix<double> matrix; ///< its lower triangle: what is not always 0, column by column
     Eigen::VectorXd right_side;
     Eigen::VectorXd impulse;
 };
@@ -42,30 +42,68 @@ void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
     if (joints.empty()) {
         return;
     }
-    const std::vector<Row> before = std::exchange(rows_, {});
-    has_motors_ = has_springs_ = false;
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-        add_rows(bodies, joints[i], static_cast<int>(i));
+    if (assemblies_.empty()) {
+        find_assemblies(bodies, joints);
     }
+    const std::vector<Row> before = std::exchange(rows_, {});
     const auto couples_alike = [](const Row& x, const Row& y) {
         return x.axis == y.axis && x.arm_a == y.arm_a && x.arm_b == y.arm_b && x.turn_a == y.turn_a && x.turn_b == y.turn_b &&
                x.softness == y.softness && x.is_out == y.is_out;
     };
-    is_factored_ = is_factored_ && std::ranges::equal(rows_, before, couples_alike);
+    for (Assembly& of : assemblies_) {
+        of.first = rows_.size();
+        for (const int i : of.joints) {
+            add_rows(bodies, joints[static_cast<std::size_t>(i)], i, of);
+        }
+        of.count = rows_.size() - of.first;
+        of.is_factored = of.is_factored &&
+                         std::ranges::equal(rows_of(of), std::span(before).subspan(of.first, of.count), couples_alike);
+    }
     begin_solve(joints);
 }
 
-void JointSolver::begin_solve(std::span<const Joint> joints) {
-    take_out_drives(false);
-    for (Row& row : rows_) {
-        is_factored_ = is_factored_ && row.softness == 0.0;
-        row.target = row.sum = row.half = row.late = row.softness = 0.0;
-        row.most = std::numeric_limits<double>::infinity();
-        row.before = row.kind == RowKind::spring ? joints[static_cast<std::size_t>(row.joint)].memory.spring_owed : 0.0;
+/// In the order of their first joints.
+void JointSolver::find_assemblies(const Bodies& bodies, std::span<const Joint> joints) {
+    const auto moves = [&](int body) { return !bodies.props[static_cast<std::size_t>(body)].is_static(); };
+    std::vector<int> first = sets_of_one(bodies.props.size());
+    for (const Joint& joint : joints) {
+        if (moves(joint.a) && moves(joint.b)) {
+            unite(first, joint.a, joint.b);
+        }
+    }
+    find_firsts(first);
+    assembly_of_.assign(bodies.props.size(), -1);
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+        const int body = moves(joints[i].a) ? joints[i].a : joints[i].b;
+        int& assembly = assembly_of_[static_cast<std::size_t>(first[static_cast<std::size_t>(body)])];
+        if (assembly < 0) {
+            assembly = static_cast<int>(assemblies_.size());
+            all_.push_back(assembly);
+            assemblies_.emplace_back();
+        }
+        at(assembly).joints.push_back(static_cast<int>(i));
+    }
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        assembly_of_[i] = assembly_of_[static_cast<std::size_t>(first[i])];
+        if (assembly_of_[i] >= 0) {
+            at(assembly_of_[i]).bodies.push_back(static_cast<int>(i));
+        }
     }
 }
 
-void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index) {
+void JointSolver::begin_solve(std::span<const Joint> joints) {
+    for (Assembly& of : assemblies_) {
+        take_out_drives(of, false);
+        for (Row& row : rows_of(of)) {
+            of.is_factored = of.is_factored && row.softness == 0.0;
+            row.target = row.sum = row.half = row.late = row.softness = 0.0;
+            row.most = std::numeric_limits<double>::infinity();
+            row.before = row.kind == RowKind::spring ? joints[static_cast<std::size_t>(row.joint)].memory.spring_owed : 0.0;
+        }
+    }
+}
+
+void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index, Assembly& of) {
     const auto a = static_cast<std::size_t>(joint.a);
     const auto b = static_cast<std::size_t>(joint.b);
     const Pose& pose_a = bodies.pose[a];
@@ -114,8 +152,8 @@ void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index) 
         row.gap = drive_position(joint, pose_a, pose_b, joint.memory.position);
         row.response = (row.inverse_mass_a + row.inverse_mass_b) * row.axis.squaredNorm() + row.arm_a.dot(row.turn_a) +
                        row.arm_b.dot(row.turn_b);
-        has_motors_ = has_motors_ || kind == RowKind::motor;
-        has_springs_ = has_springs_ || kind == RowKind::spring;
+        of.has_motors = of.has_motors || kind == RowKind::motor;
+        of.has_springs = of.has_springs || kind == RowKind::spring;
     }
 }
 
@@ -136,39 +174,41 @@ std::optional<double> JointSolver::coupling(const Row& x, const Row& y) {
 }
 
 /// J M^-1 J^T. Which rows couple is found once: a scene's joints stay what they are.
-void JointSolver::factorise() {
-    is_factored_ = true;
-    const bool is_first = !factor_;
+void JointSolver::factorise(Assembly& of) {
+    of.is_factored = true;
+    const bool is_first = !of.factor;
     if (is_first) {
-        factor_ = std::make_unique<Factor>();
+        of.factor = std::make_unique<Factor>();
     }
-    Factor& f = *factor_;
-    const auto count = static_cast<int>(rows_.size());
-    const auto row = [&](int i) -> const Row& { return rows_[static_cast<std::size_t>(i)]; };
-    for (int i = 0; is_first && i < count; ++i) {
-        for (int j = 0; j <= i; ++j) {
-            if (coupling(row(i), row(j))) {
-                f.entries.emplace_back(i, j);
+    Factor& f = *of.factor;
+    const auto count = static_cast<int>(of.count);
+    const auto row = [&](Eigen::Index i) -> const Row& { return rows_[of.first + static_cast<std::size_t>(i)]; };
+    if (is_first) {
+        std::vector<Eigen::Triplet<double>> entries;
+        for (int i = 0; i < count; ++i) {
+            for (int j = 0; j <= i; ++j) {
+                if (coupling(row(i), row(j))) {
+                    entries.emplace_back(i, j);
+                }
             }
         }
-    }
-    for (Eigen::Triplet<double>& entry : f.entries) {
-        const auto [i, j] = std::pair(entry.row(), entry.col());
-        const Row& x = row(i);
-        double k = x.is_out || row(j).is_out ? 0.0 : *coupling(x, row(j));
-        if (i == j) {
-            k = x.is_out ? 1.0 : (1.0 + regularisation) * k + x.softness;
-        }
-        entry = {i, j, k};
-    }
-    f.matrix.resize(count, count);
-    f.matrix.setFromTriplets(f.entries.begin(), f.entries.end());
-    if (is_first) {
+        f.matrix.resize(count, count);
+        f.matrix.setFromTriplets(entries.begin(), entries.end());
         f.ldlt.analyzePattern(f.matrix);
+        f.right_side.resize(count);
+    }
+    for (int j = 0; j < count; ++j) {
+        for (Eigen::SparseMatrix<double>::InnerIterator entry(f.matrix, j); entry; ++entry) {
+            const Row& x = row(entry.row());
+            double k = x.is_out || row(j).is_out ? 0.0 : *coupling(x, row(j));
+            if (entry.row() == j) {
+                k = x.is_out ? 1.0 : (1.0 + regularisation) * k + x.softness;
+            }
+            entry.valueRef() = k;
+        }
     }
     f.ldlt.factorize(f.matrix);
     CHECK(f.ldlt.info() == Eigen::Success);
-    f.right_side.resize(count);
 }
 
 double JointSolver::row_velocity(const Row& row, std::span<const Velocity> velocity) const {
@@ -182,10 +222,10 @@ double JointSolver::missing_of(const Row& row, std::span<const Velocity> velocit
     return row.target - row.softness * row.sum - row_velocity(row, velocity);
 }
 
-void JointSolver::take_out_drives(bool is_out) {
-    for (Row& row : rows_) {
+void JointSolver::take_out_drives(Assembly& of, bool is_out) {
+    for (Row& row : rows_of(of)) {
         const bool was_out = std::exchange(row.is_out, row.is_drive() && is_out);
-        is_factored_ = is_factored_ && row.is_out == was_out;
+        of.is_factored = of.is_factored && row.is_out == was_out;
     }
 }
 
@@ -193,39 +233,60 @@ void JointSolver::target_rest() {
     for (Row& row : rows_) {
         row.target = 0.0;
     }
-    take_out_drives(true);
+    for (Assembly& of : assemblies_) {
+        take_out_drives(of, true);
+    }
 }
 
-double JointSolver::target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
+JointSolver::Opening JointSolver::widest(std::span<const int> of) const {
+    Opening found;
+    for (const int i : of) {
+        if (const Opening& widest = assemblies_[static_cast<std::size_t>(i)].widest; widest.gap >= found.gap) {
+            found = widest;
+        }
+    }
+    return found;
+}
+
+bool JointSolver::has_drives(std::span<const int> of) const {
+    return std::ranges::any_of(of, [&](int i) {
+        const Assembly& assembly = assemblies_[static_cast<std::size_t>(i)];
+        return assembly.has_motors || assembly.has_springs;
+    });
+}
+
+double JointSolver::target_closed(std::span<const int> of, std::span<const Joint> joints, std::span<const Pose> predicted,
                                   std::span<const Velocity> velocity, double h, double share) {
     double largest = 0.0, square = 0.0, square_gap = 0.0;
     JointAxes axes;
     Vec3 d; // of the joint's anchors
-    widest_ = {};
-    for (Row& row : rows_) {
-        const Joint& joint = joints[static_cast<std::size_t>(row.joint)];
-        const Pose& a = predicted[static_cast<std::size_t>(row.a)];
-        const Pose& b = predicted[static_cast<std::size_t>(row.b)];
-        if (row.index == 0) {
-            axes = joint_axes(joint, a, b);
-            d = a * joint.anchor_a - b * joint.anchor_b;
-        }
-        if (row.is_drive()) {
-            target_drive(joint, row, drive_position(joint, a, b, row.gap), row_velocity(row, velocity), h);
-            continue;
-        }
-        const bool is_point = row.kind == RowKind::point;
-        const auto k = static_cast<std::size_t>(is_point ? row.index : row.index - axes.point_count);
-        const double gap = is_point ? axes.points[k].dot(d) : axes.angles_a[k].dot(axes.angles_b[k]);
-        const double error = gap - (1.0 - share) * row.gap;
-        row.target = row_velocity(row, velocity) - error / h;
-        // The distance of anchors counts, not its components.
-        const bool goes_on = is_point && row.index > 0;
-        square = error * error + (goes_on ? square : 0.0);
-        square_gap = gap * gap + (goes_on ? square_gap : 0.0);
-        largest = std::max(largest, std::sqrt(square));
-        if (const double distance = std::sqrt(square_gap); distance >= widest_.gap) {
-            widest_ = {row.joint, distance};
+    for (const int assembly : of) {
+        Opening& widest = at(assembly).widest = {};
+        for (Row& row : rows_of(at(assembly))) {
+            const Joint& joint = joints[static_cast<std::size_t>(row.joint)];
+            const Pose& a = predicted[static_cast<std::size_t>(row.a)];
+            const Pose& b = predicted[static_cast<std::size_t>(row.b)];
+            if (row.index == 0) {
+                axes = joint_axes(joint, a, b);
+                d = a * joint.anchor_a - b * joint.anchor_b;
+            }
+            if (row.is_drive()) {
+                target_drive(joint, row, drive_position(joint, a, b, row.gap), row_velocity(row, velocity), h, at(assembly));
+                continue;
+            }
+            const bool is_point = row.kind == RowKind::point;
+            const auto k = static_cast<std::size_t>(is_point ? row.index : row.index - axes.point_count);
+            const double gap = is_point ? axes.points[k].dot(d) : axes.angles_a[k].dot(axes.angles_b[k]);
+            const double error = gap - (1.0 - share) * row.gap;
+            row.target = row_velocity(row, velocity) - error / h;
+            // The distance of anchors counts, not its components.
+            const bool goes_on = is_point && row.index > 0;
+            square = error * error + (goes_on ? square : 0.0);
+            square_gap = gap * gap + (goes_on ? square_gap : 0.0);
+            largest = std::max(largest, std::sqrt(square));
+            if (const double distance = std::sqrt(square_gap); distance >= widest.gap) {
+                widest = {row.joint, distance};
+            }
         }
     }
     return largest;
@@ -234,7 +295,7 @@ double JointSolver::target_closed(std::span<const Joint> joints, std::span<const
 /// position: the joint's at t0 + h, reached with row_velocity u. With x linear in u, half the impulse of an interval is
 /// a = -k ((1 - s) x(t0) + (1 + s) x - 2 rest) h/4 - c (x - x(t0)) / 2 = -(stretch + soft u), s = late. The row's impulse,
 /// before + (1 + s) a, is p where u + p / ((1 + s) soft) is the target.
-void JointSolver::target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h) {
+void JointSolver::target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h, Assembly& of) {
     if (row.kind == RowKind::motor) {
         row.target = row_velocity + joint.motor->speed - (position - row.gap) / h;
         row.most = joint.motor->limit * 0.5 * (joint.memory.last_interval + h);
@@ -250,15 +311,15 @@ void JointSolver::target_drive(const Joint& joint, Row& row, double position, do
     const double stretch =
         0.25 * stiffness * h * ((1.0 - row.late) * row.gap + end * still - 2.0 * rest) + 0.5 * damping * (still - row.gap);
     const double softness = 1.0 / (end * soft);
-    is_factored_ = is_factored_ && row.softness == softness;
+    of.is_factored = of.is_factored && row.softness == softness;
     row.softness = softness;
     row.target = softness * (row.before - end * stretch);
 }
 
 /// A motor never gives more than its limit; at it the others are solved anew. Returns false if one changed.
-bool JointSolver::keep_limits(std::span<Velocity> velocity) {
+bool JointSolver::keep_limits(Assembly& of, std::span<Velocity> velocity) {
     bool is_kept = true;
-    for (Row& row : rows_) {
+    for (Row& row : rows_of(of)) {
         if (row.kind != RowKind::motor) {
             continue;
         }
@@ -272,34 +333,40 @@ bool JointSolver::keep_limits(std::span<Velocity> velocity) {
         }
         if (exceeds || eases) {
             row.is_out = exceeds;
-            is_factored_ = is_kept = false;
+            of.is_factored = is_kept = false;
         }
     }
     return is_kept;
 }
 
-double JointSolver::solve(std::span<Velocity> velocity) {
-    if (rows_.empty()) {
-        return 0.0;
+double JointSolver::solve(std::span<const int> of, std::span<Velocity> velocity) {
+    double change = 0.0;
+    for (const int i : of) {
+        change = std::max(change, solve(at(i), velocity));
     }
+    return change;
+}
+
+double JointSolver::solve(Assembly& of, std::span<Velocity> velocity) {
+    const std::span<Row> rows = rows_of(of);
     double change = 0.0;
     for (int round = 0; round < most_rounds; ++round) {
-        if (!is_factored_) {
-            factorise();
+        if (!of.is_factored) {
+            factorise(of);
         }
-        Factor& f = *factor_;
-        for (std::size_t i = 0; i < rows_.size(); ++i) {
-            const double missing = rows_[i].is_out ? 0.0 : missing_of(rows_[i], velocity);
+        Factor& f = *of.factor;
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const double missing = rows[i].is_out ? 0.0 : missing_of(rows[i], velocity);
             f.right_side[static_cast<Eigen::Index>(i)] = missing;
-            change = std::max(change, std::abs(rows_[i].softness > 0.0 ? rows_[i].share() * missing : missing));
+            change = std::max(change, std::abs(rows[i].softness > 0.0 ? rows[i].share() * missing : missing));
         }
         const Eigen::VectorXd impulse = f.ldlt.solve(f.right_side);
-        for (std::size_t i = 0; i < rows_.size(); ++i) {
+        for (std::size_t i = 0; i < rows.size(); ++i) {
             const double p = impulse[static_cast<Eigen::Index>(i)];
-            rows_[i].sum += p;
-            apply(rows_[i], p, velocity);
+            rows[i].sum += p;
+            apply(rows[i], p, velocity);
         }
-        if (!has_motors_ || keep_limits(velocity)) {
+        if (!of.has_motors || keep_limits(of, velocity)) {
             break;
         }
     }
@@ -307,12 +374,15 @@ double JointSolver::solve(std::span<Velocity> velocity) {
 }
 
 void JointSolver::apply(const Row& row, double p, std::span<Velocity> velocity) {
-    Velocity& a = velocity[static_cast<std::size_t>(row.a)];
-    Velocity& b = velocity[static_cast<std::size_t>(row.b)];
-    a.v += (p * row.inverse_mass_a) * row.axis;
-    a.w += p * row.turn_a;
-    b.v -= (p * row.inverse_mass_b) * row.axis;
-    b.w -= p * row.turn_b;
+    const auto push = [&](int body, double inverse_mass, const Vec3& turn, double impulse) {
+        if (inverse_mass > 0.0) { // what does not move is of other assemblies, too
+            Velocity& of_body = velocity[static_cast<std::size_t>(body)];
+            of_body.v += (impulse * inverse_mass) * row.axis;
+            of_body.w += impulse * turn;
+        }
+    };
+    push(row.a, row.inverse_mass_a, row.turn_a, p);
+    push(row.b, row.inverse_mass_b, row.turn_b, -p);
 }
 
 void JointSolver::add_owed(std::span<const Joint> joints, std::span<Velocity> velocity) {
@@ -320,30 +390,32 @@ void JointSolver::add_owed(std::span<const Joint> joints, std::span<Velocity> ve
         const JointMemory& memory = joints[static_cast<std::size_t>(row.joint)].memory;
         row.half = row.kind == RowKind::spring ? memory.spring_owed : memory.motor_owed;
     }
-    half_kick(velocity);
+    half_kick(all_, velocity);
 }
 
-void JointSolver::add_before(std::span<const double> weight, std::span<Velocity> velocity) {
-    for (Row& row : rows_) {
-        row.half = row.kind == RowKind::spring ? row.before : weight[static_cast<std::size_t>(row.joint)] * row.sum;
+void JointSolver::add_before(std::span<const int> of, std::span<const double> weight, std::span<Velocity> velocity) {
+    for (const int i : of) {
+        for (Row& row : rows_of(at(i))) {
+            row.half = row.kind == RowKind::spring ? row.before : weight[static_cast<std::size_t>(row.joint)] * row.sum;
+        }
     }
-    half_kick(velocity);
+    half_kick(of, velocity);
 }
 
 /// Gives the half kicks of springs and motors. Those of the other rows are what keeps the joints closed under all forces
 /// (RATTLE, Andersen 1983), whatever is told of these.
-void JointSolver::half_kick(std::span<Velocity> velocity) {
-    if (rows_.empty()) {
-        return;
-    }
-    for (const Row& row : rows_) {
-        if (row.is_drive()) {
-            apply(row, row.half, velocity);
+void JointSolver::half_kick(std::span<const int> of, std::span<Velocity> velocity) {
+    for (const int assembly : of) {
+        const std::span<Row> rows = rows_of(at(assembly));
+        for (const Row& row : rows) {
+            if (row.is_drive()) {
+                apply(row, row.half, velocity);
+            }
         }
-    }
-    const Eigen::VectorXd& closing = close(velocity);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        rows_[i].half = rows_[i].is_drive() ? rows_[i].half : closing[static_cast<Eigen::Index>(i)];
+        const Eigen::VectorXd& closing = close(at(assembly), velocity);
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            rows[i].half = rows[i].is_drive() ? rows[i].half : closing[static_cast<Eigen::Index>(i)];
+        }
     }
 }
 
@@ -364,9 +436,12 @@ DriveWork JointSolver::work(std::span<const Velocity> kinematic, const Kick* kic
     return sum;
 }
 
-double JointSolver::half_kick_work(std::span<const Velocity> kinematic, const Kick& kick) const {
+double JointSolver::half_kick_work(std::span<const Velocity> kinematic, const Kick& kick, std::span<const char> only) const {
     double sum = 0.0;
     for (const Row& row : rows_) {
+        if (only[static_cast<std::size_t>(row.a)] == 0 && only[static_cast<std::size_t>(row.b)] == 0) {
+            continue;
+        }
         const bool is_motor = row.kind == RowKind::motor;
         const double mean = is_motor ? 0.5 * (row_velocity(row, kick.before) + row_velocity(row, kick.after)) : 0.0;
         sum += row.half * (mean - row_velocity(row, kinematic));
@@ -388,18 +463,19 @@ void JointSolver::store(std::span<Joint> joints, std::span<const double> weight)
 
 /// Takes away what opens the joints, at no cost to the sums of this solve; springs and motors take no part any more. Returns
 /// the impulses that it takes [rows].
-const Eigen::VectorXd& JointSolver::close(std::span<Velocity> velocity) {
-    take_out_drives(true);
-    if (!is_factored_) {
-        factorise();
+const Eigen::VectorXd& JointSolver::close(Assembly& of, std::span<Velocity> velocity) {
+    take_out_drives(of, true);
+    if (!of.is_factored) {
+        factorise(of);
     }
-    Factor& f = *factor_;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        f.right_side[static_cast<Eigen::Index>(i)] = rows_[i].is_out ? 0.0 : -row_velocity(rows_[i], velocity);
+    Factor& f = *of.factor;
+    const std::span<Row> rows = rows_of(of);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        f.right_side[static_cast<Eigen::Index>(i)] = rows[i].is_out ? 0.0 : -row_velocity(rows[i], velocity);
     }
     f.impulse = f.ldlt.solve(f.right_side);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        apply(rows_[i], f.impulse[static_cast<Eigen::Index>(i)], velocity);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        apply(rows[i], f.impulse[static_cast<Eigen::Index>(i)], velocity);
     }
     return f.impulse;
 }
@@ -409,28 +485,38 @@ double JointSolver::fastest_rate(const Bodies& bodies, std::span<const double> i
         return 0.0;
     }
     const std::size_t count = bodies.props.size();
-    if (mode_.size() == count) {
-        return improve_mode(bodies, interval);
+    const bool is_first = mode_.size() != count;
+    next_.resize(count);
+    if (is_first) {
+        mode_.resize(count);
+        Random random(mode_seed);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Velocity motion{random.direction(), random.direction()};
+            mode_[i] = assembly_of_[i] < 0 ? Velocity{} : motion;
+        }
     }
-    mode_.resize(count);
-    Random random(mode_seed);
-    for (Velocity& motion : mode_) {
-        motion = {random.direction(), random.direction()};
+    double fastest = 0.0;
+    for (Assembly& of : assemblies_) {
+        double rate = 0.0;
+        if (is_first) { // of a random motion it is about half of the fastest
+            close(of, mode_);
+        }
+        for (int round = 0; round < (is_first ? most_rounds : 1); ++round) {
+            rate = improve_mode(of, bodies, interval);
+        }
+        fastest = std::max(fastest, rate);
     }
-    close(mode_);
-    double rate = 0.0;
-    for (int round = 0; round < most_rounds; ++round) { // of a random motion it is about half of the fastest
-        rate = improve_mode(bodies, interval);
-    }
-    return rate;
+    return fastest;
 }
 
 /// One step of the power iteration. Returns the rate of the mode before it.
-double JointSolver::improve_mode(const Bodies& bodies, std::span<const double> interval) {
+double JointSolver::improve_mode(Assembly& of, const Bodies& bodies, std::span<const double> interval) {
+    const std::span<Row> rows = rows_of(of);
     // K of a point at the arm r of a body, where the force F acts: turned by x it does the work
     // ((F . r) |x|^2 - (F . x) (r . x)) / 2 less than F does along its path.
-    const std::size_t count = mode_.size();
-    std::vector<Velocity> next(count);
+    for (const int body : of.bodies) {
+        next_[static_cast<std::size_t>(body)] = {};
+    }
     double work = 0.0;
     const auto add = [&](int body, const Vec3& arm, const Vec3& force) {
         const auto i = static_cast<std::size_t>(body);
@@ -440,38 +526,39 @@ double JointSolver::improve_mode(const Bodies& bodies, std::span<const double> i
         const Vec3& turn = mode_[i].w;
         const Vec3 torque = force.dot(arm) * turn - 0.5 * (force * arm.dot(turn) + arm * force.dot(turn));
         work += torque.dot(turn);
-        next[i].w += bodies.inverse_inertia[i] * torque;
+        next_[i].w += bodies.inverse_inertia[i] * torque;
     };
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        const Row& row = rows_[i];
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const Row& row = rows[i];
         if (row.index == 0) {
             const double s = 1.0 / interval[static_cast<std::size_t>(row.joint)];
-            Vec3 force(s * row.sum, s * rows_[i + 1].sum, s * rows_[i + 2].sum); // their axes are x, y, z
-            if (rows_[i + 2].kind != RowKind::point) { // a slider's, which are two across it
-                force = s * (row.sum * row.axis + rows_[i + 1].sum * rows_[i + 1].axis);
+            Vec3 force(s * row.sum, s * rows[i + 1].sum, s * rows[i + 2].sum); // their axes are x, y, z
+            if (rows[i + 2].kind != RowKind::point) { // a slider's, which are two across it
+                force = s * (row.sum * row.axis + rows[i + 1].sum * rows[i + 1].axis);
             }
             add(row.a, row.r_a, force);
             add(row.b, row.r_b, -force);
         }
     }
     double inertia = 0.0; // twice the kinetic energy of the mode
-    for (std::size_t i = 0; i < count; ++i) {
-        if (!bodies.props[i].is_static()) {
-            inertia += mode_[i].v.squaredNorm() / bodies.props[i].inverse_mass +
-                       mode_[i].w.dot(angular_momentum(bodies.props[i], bodies.pose[i].orientation, mode_[i].w));
-        }
+    for (const int body : of.bodies) {
+        const auto i = static_cast<std::size_t>(body);
+        inertia += mode_[i].v.squaredNorm() / bodies.props[i].inverse_mass +
+                   mode_[i].w.dot(angular_momentum(bodies.props[i], bodies.pose[i].orientation, mode_[i].w));
     }
     if (!(inertia > 0.0) || work == 0.0) {
         return 0.0;
     }
-    close(next);
+    close(of, next_);
     double largest = 0.0;
-    for (const Velocity& motion : next) {
+    for (const int body : of.bodies) {
+        const Velocity& motion = next_[static_cast<std::size_t>(body)];
         largest = std::max({largest, motion.v.cwiseAbs().maxCoeff(), motion.w.cwiseAbs().maxCoeff()});
     }
     if (largest > 0.0) {
-        for (std::size_t i = 0; i < count; ++i) {
-            mode_[i] = {next[i].v / largest, next[i].w / largest};
+        for (const int body : of.bodies) {
+            const Velocity& motion = next_[static_cast<std::size_t>(body)];
+            mode_[static_cast<std::size_t>(body)] = {motion.v / largest, motion.w / largest};
         }
     }
     return std::sqrt(std::abs(work) / inertia);

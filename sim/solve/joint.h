@@ -2,8 +2,8 @@
 /// The rows of joints, solved exactly together inside the iteration loop of the contacts.
 ///
 /// Bender et al. 2005 predict a joint's gap at t0 + h and apply the impulse that closes it, joint by joint.
-/// Here all joints of the scene are one sparse linear system: a chain then needs no iterations, only contacts
-/// do.
+/// Here all joints of bodies that they connect, an assembly, are one sparse linear system: a chain then needs no iterations, only
+/// contacts do.
 ///
 /// A spring's row is soft. Its force is the mean of those at both ends of an interval (the mean acceleration method, Newmark
 /// 1959, beta = 1/4): half of an interval's impulse acts at its start, half at its end. That is second order, keeps the
@@ -13,6 +13,7 @@
 #include "sim/block/blocks.h"
 #include "sim/solve/joint_model.h"
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -28,13 +29,20 @@ public:
     JointSolver& operator=(JointSolver&&) noexcept;
 
     /// Sets up the rows at the poses of `bodies`, for a first solve; J M^-1 J^T is factored when it is first needed, and where it
-    /// has changed.
+    /// has changed. A scene's joints, and what moves, stay the same from call to call.
     void prepare(const Bodies& bodies, std::span<const Joint> joints);
 
     /// Another solve at the same poses.
     void begin_solve(std::span<const Joint> joints);
 
     bool empty() const { return rows_.empty(); }
+
+    /// All assemblies. What is said to be `of` some leaves the others alone: these may be of another thread.
+    std::span<const int> assemblies() const { return all_; }
+    /// [body_count]; -1: no joint holds the body, or nothing moves it.
+    std::span<const int> assembly_of() const { return assembly_of_; }
+    /// Those that move, ascending.
+    std::span<const int> bodies_of(int assembly) const { return assemblies_[static_cast<std::size_t>(assembly)].bodies; }
 
     /// Targets: every joint point at rest relative to its partner (collisions); springs and motors have no answer to an impact.
     void target_rest();
@@ -43,7 +51,7 @@ public:
     /// Where h is only `share` of a step, that share of the gap at t0 is closed: no velocity grows as the
     /// interval shrinks. Springs and motors get the targets of their forces. Returns the largest error of a gap [m]; an
     /// angular gap counts with an arm of 1 m.
-    double target_closed(std::span<const Joint> joints, std::span<const Pose> predicted,
+    double target_closed(std::span<const int> of, std::span<const Joint> joints, std::span<const Pose> predicted,
                          std::span<const Velocity> velocity, double h, double share);
 
     /// A joint and how far it is open [m]; an angular gap counts as above.
@@ -52,14 +60,14 @@ public:
         double gap = 0.0;
     };
     /// The widest one at those poses.
-    const Opening& widest() const { return widest_; }
+    Opening widest(std::span<const int> of) const;
 
     /// Adds to velocities before the next impulses what springs and motors owe; then the joints close (see half_kick()).
     void add_owed(std::span<const Joint> joints, std::span<Velocity> velocity);
 
     /// Adds what springs and motors give before t0 of this solve's impulses, of motors the share `weight` [joint_count] of
     /// them; then the joints close.
-    void add_before(std::span<const double> weight, std::span<Velocity> velocity);
+    void add_before(std::span<const int> of, std::span<const double> weight, std::span<Velocity> velocity);
 
     /// Velocities [body_count] before the impulses of a solve, with what of them acts before t0, and after them.
     struct Kick {
@@ -68,10 +76,10 @@ public:
     /// Work that kinematic bodies and motors do by the impulses of this solve; what add_before() gave of them acts before t0.
     /// kinematic: kinematic_velocity(); kick: null without motors.
     DriveWork work(std::span<const Velocity> kinematic, const Kick* kick) const;
-    /// The same of what add_owed() gave, from velocities kick.before to kick.after [J].
-    double half_kick_work(std::span<const Velocity> kinematic, const Kick& kick) const;
-    bool has_motors() const { return has_motors_; }
-    bool has_drives() const { return has_motors_ || has_springs_; } ///< motors, springs: what gives energy
+    /// The same of what add_owed() gave, from velocities kick.before to kick.after [J], of joints with a body in `only` [body_count].
+    double half_kick_work(std::span<const Velocity> kinematic, const Kick& kick, std::span<const char> only) const;
+    bool has_motors() const { return std::ranges::any_of(assemblies_, &Assembly::has_motors); }
+    bool has_drives(std::span<const int> of) const; ///< motors, springs: what gives energy
 
     /// Writes what the next interval takes from this solve's to the joints' memory; of motors the share `weight` was given
     /// before t0.
@@ -89,7 +97,7 @@ public:
 
     /// Applies the impulses that bring all rows to their targets at once. Returns the largest velocity change
     /// of a row [m/s].
-    double solve(std::span<Velocity> velocity);
+    double solve(std::span<const int> of, std::span<Velocity> velocity);
 
 private:
     enum class RowKind { point, angle, spring, motor };
@@ -119,27 +127,42 @@ private:
         double share() const { return response / (response + softness); }
     };
     struct Factor;
+    /// Bodies that joints connect; those that nothing moves connect none.
+    struct Assembly {
+        std::vector<int> joints; ///< ascending
+        std::vector<int> bodies; ///< the same
+        std::size_t first = 0;   ///< of its rows
+        std::size_t count = 0;
+        std::unique_ptr<Factor> factor;
+        bool is_factored = false;
+        bool has_motors = false;
+        bool has_springs = false;
+        Opening widest;
+    };
 
+    void find_assemblies(const Bodies& bodies, std::span<const Joint> joints);
+    Assembly& at(int assembly) { return assemblies_[static_cast<std::size_t>(assembly)]; }
+    std::span<Row> rows_of(const Assembly& of) { return std::span(rows_).subspan(of.first, of.count); }
     double row_velocity(const Row& row, std::span<const Velocity> velocity) const;
-    void half_kick(std::span<Velocity> velocity);
+    void half_kick(std::span<const int> of, std::span<Velocity> velocity);
+    double solve(Assembly& of, std::span<Velocity> velocity);
     double missing_of(const Row& row, std::span<const Velocity> velocity) const;
-    void add_rows(const Bodies& bodies, const Joint& joint, int index);
-    void target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h);
-    bool keep_limits(std::span<Velocity> velocity);
-    void take_out_drives(bool is_out);
-    const Eigen::VectorXd& close(std::span<Velocity> velocity);
+    void add_rows(const Bodies& bodies, const Joint& joint, int index, Assembly& of);
+    void target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h, Assembly& of);
+    bool keep_limits(Assembly& of, std::span<Velocity> velocity);
+    void take_out_drives(Assembly& of, bool is_out);
+    const Eigen::VectorXd& close(Assembly& of, std::span<Velocity> velocity);
     static void apply(const Row& row, double p, std::span<Velocity> velocity);
     static std::optional<double> coupling(const Row& x, const Row& y);
-    void factorise();
-    double improve_mode(const Bodies& bodies, std::span<const double> interval);
+    void factorise(Assembly& of);
+    double improve_mode(Assembly& of, const Bodies& bodies, std::span<const double> interval);
 
-    std::vector<Row> rows_;
+    std::vector<Row> rows_; ///< assembly by assembly
+    std::vector<Assembly> assemblies_;
+    std::vector<int> all_;         ///< their indices
+    std::vector<int> assembly_of_; ///< [body_count]
     std::vector<Velocity> mode_; ///< [body_count] of fastest_rate()
-    std::unique_ptr<Factor> factor_;
-    bool is_factored_ = false;
-    Opening widest_;
-    bool has_motors_ = false;
-    bool has_springs_ = false;
+    std::vector<Velocity> next_; ///< [body_count] memory of improve_mode(); zero of what does not move
 };
 
 } // namespace sim

@@ -53,9 +53,9 @@ public:
     bool update_marks(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Velocity> velocity);
 
     /// Stores impulses and marks in the memory of pairs, those in `own`, and gives the bodies at t0 what acts before it of the
-    /// impulses.
-    void store(const std::vector<PairContacts>& pairs, std::span<const int> own, std::span<const Joint> joints, Prediction& to,
-               std::span<Velocity> at_node);
+    /// impulses. assemblies: bodies that joints connect.
+    void store(const std::vector<PairContacts>& pairs, std::span<const int> own, std::span<const std::span<const int>> assemblies,
+               Prediction& to, std::span<Velocity> at_node);
 
     /// Once they are stored: unites the bodies that move and that loads connect; see disjoint_sets.h.
     void unite_loaded(std::vector<int>& connected) const;
@@ -80,7 +80,7 @@ private:
     void set_mark(Block& block, bool sticks);
     bool update_mark(const Bodies& bodies, const PairContacts& pair, Block& block, std::span<const Velocity> velocity);
     double force_share(const Block& block) const;
-    void find_hit_bodies(std::span<const Joint> joints, std::span<char> is_reached);
+    void find_hit_bodies(std::span<const std::span<const int>> assemblies, std::span<char> is_reached);
     void forget_left_out(const std::vector<PairContacts>& pairs, std::span<const int> own) const;
 
     StepSettings settings_;

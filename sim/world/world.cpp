@@ -215,7 +215,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     collision_solver.lost = contact_solver.energy_lost();
     collision_solver.may_give_way = contact_solver.may_give_way;
     collision_solver.most_sweeps = work_left() / 2; // the plan has to come to an end, or it throws what it holds
-    CollisionReport result = collision_solver.resolve(bodies, search.pairs, joints, settings, after_collisions);
+    CollisionReport result = collision_solver.resolve(bodies, search.pairs, settings, after_collisions);
     std::vector<char>& touched = result.touched;
     energy.add_work(result.drive_work);
     work_done += result.iterations + sweeps_to_arrange * result.passes;
@@ -224,7 +224,7 @@ void WorldState::resolve_collisions(StepReport& report) {
         if (has_drives) {
             const std::vector<Velocity> kinematic = kinematic_velocity(bodies);
             energy.add_work(half_kick_work(bodies, search.pairs, touched, kinematic) +
-                            joint_rows.half_kick_work(kinematic, {bodies.velocity, {}, before}));
+                            joint_rows.half_kick_work(kinematic, {bodies.velocity, {}, before}, touched));
         }
         for (std::size_t i = 0; i < after_collisions.size(); ++i) {
             if (touched[i] != 0) {

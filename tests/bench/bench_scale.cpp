@@ -2,9 +2,10 @@
 ///
 /// The funnel with 1000, 8000 and 64 000 cubes: the same scene with another number of cubes in its lattice. Processor
 /// time over the steps in which the first cubes meet: a step, and a contact beyond what the bodies cost in free fall, most
-/// of them falling still; memory a body and a contact. Writes scale.csv and prints a table. Then columns at rest, scenes with
-/// more threads than one, and of other shapes than cubes.
+/// of them falling still; memory a body and a contact. Writes scale.csv and prints a table. Then columns at rest, jointed
+/// figures, scenes with more threads than one, and of other shapes than cubes.
 #include "sim/base/file_io.h"
+#include "sim/base/random.h"
 #include "sim/scene/file.h"
 #include "sim/world/world.h"
 #include "tests/laws/tub.h"
@@ -21,6 +22,7 @@
 #include <string>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -179,6 +181,71 @@ std::string chain(int links) {
     return text;
 }
 
+/// Figures of ten boxes that ball joints hold, in a row, turning as they fall onto a floor: those from first to last.
+std::string figures(int first, int last) {
+    struct Part {
+        const char* name;
+        sim::Vec3 size, at; ///< [m]
+        int holder;         ///< the part that it hangs from
+        sim::Vec3 joint;    ///< [m]
+    };
+    static const Part parts[] = {{"torso", {0.36, 0.22, 0.6}, {0, 0, 0}, -1, {}},
+                                 {"head", {0.2, 0.2, 0.24}, {0, 0, 0.45}, 0, {0, 0, 0.31}},
+                                 {"left arm", {0.36, 0.1, 0.1}, {-0.39, 0, 0.2}, 0, {-0.2, 0, 0.2}},
+                                 {"right arm", {0.36, 0.1, 0.1}, {0.39, 0, 0.2}, 0, {0.2, 0, 0.2}},
+                                 {"left hand", {0.36, 0.08, 0.08}, {-0.78, 0, 0.2}, 2, {-0.58, 0, 0.2}},
+                                 {"right hand", {0.36, 0.08, 0.08}, {0.78, 0, 0.2}, 3, {0.58, 0, 0.2}},
+                                 {"left leg", {0.14, 0.14, 0.46}, {-0.1, 0, -0.56}, 0, {-0.1, 0, -0.315}},
+                                 {"right leg", {0.14, 0.14, 0.46}, {0.1, 0, -0.56}, 0, {0.1, 0, -0.315}},
+                                 {"left foot", {0.12, 0.12, 0.46}, {-0.1, 0, -1.05}, 6, {-0.1, 0, -0.805}},
+                                 {"right foot", {0.12, 0.12, 0.46}, {0.1, 0, -1.05}, 7, {0.1, 0, -0.805}}};
+    const auto list = [](const sim::Vec3& v) { return fmt::format("[{}, {}, {}]", v.x(), v.y(), v.z()); };
+    std::string text = "[[body]]\nname = \"floor\"\nshape = { kind = \"plane\" }\nstatic = true\nfriction = 0.6\n";
+    for (int i = first; i <= last; ++i) {
+        sim::Random random(static_cast<std::uint64_t>(i));
+        const sim::Vec3 origin(3.0 * i, 0.0, 2.0 + 3.0 * random.uniform());
+        const sim::Vec3 spin = 2.0 * random.direction(); // [rad/s]
+        for (const Part& part : parts) {
+            text += fmt::format("[[body]]\nname = \"{} {}\"\nshape = {{ kind = \"box\", size = {} }}\nposition = {}\n"
+                                "velocity = {}\nangular_velocity = {}\nfriction = 0.6\nrestitution = 0.1\n",
+                                part.name, i, list(part.size), list(origin + part.at), list(spin.cross(part.at)), list(spin));
+            if (part.holder >= 0) {
+                text += fmt::format("[[joint]]\nname = \"{0} {1}\"\nkind = \"ball\"\nbodies = [\"{0} {1}\", \"{2} {1}\"]\n"
+                                    "anchor = {3}\n",
+                                    part.name, i, parts[part.holder].name, list(origin + part.joint));
+            }
+        }
+    }
+    return text;
+}
+
+/// All in one scene, beside each in one of its own.
+void print_figures() {
+    constexpr int count = 64;
+    constexpr int steps = 2000;
+    const auto measure_figures = [&](int first, int last, int threads) { // [ms], and that of the slowest step
+        sim::World world(sim::parse_scene(figures(first, last), "figures.toml"), threads);
+        std::pair<double, double> ms;
+        for (int i = 0; i < steps; ++i) {
+            const double start = wall_ms();
+            world.step();
+            ms.first += (wall_ms() - start) / steps;
+            ms.second = std::max(ms.second, wall_ms() - start);
+        }
+        return ms;
+    };
+    double alone = 0.0;
+    for (int i = 1; i <= count; ++i) {
+        alone += measure_figures(i, i, 1).first;
+    }
+    std::puts("\n| jointed figures that fall | threads | ms/step | slowest | of each alone, one thread |\n| --- | --- | --- | --- | --- |");
+    for (const int threads : {1, 2}) {
+        const auto [ms, slowest] = measure_figures(1, count, threads);
+        fmt::print("| {} | {} | {:.2f} | {:.1f} | {:.2f} |\n", count, threads, ms, slowest, ms / alone);
+        std::fflush(stdout);
+    }
+}
+
 void print_scenes() {
     std::puts("\n| scene, one thread | steps | ms/step | slowest | sweeps |\n| --- | --- | --- | --- | --- |");
     print_scene("rubble", sim::load_scene(TUMBLE_SCENE_DIR "/rubble.toml"), 3000);
@@ -272,6 +339,7 @@ int main() {
     std::filesystem::create_directories(out);
     sim::write_file(out + "/scale.csv", csv);
     print_columns();
+    print_figures();
     const double before_us = core_to_core_us();
     std::puts("\n| scene | threads | ms/step | times as fast as one |\n| --- | --- | --- | --- |");
     print_threads("funnel", 4000);

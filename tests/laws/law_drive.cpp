@@ -194,6 +194,56 @@ TEST(law_drive, a_motor_that_is_too_weak_stalls_where_the_load_is_its_limit) {
     EXPECT_LT(gain, 1e-5);
 }
 
+/// Balls that bounce elsewhere restart no motor, and none of its work is counted twice.
+TEST(law_drive, a_brake_takes_what_it_takes_whatever_collides_elsewhere) {
+    sim::SceneDef scene = law_scene(microseconds(1000));
+    const int frame = add_frame(scene);
+    const int wheel_body = add_box(scene, {0.5, 0.05, 0.05}, {{0, 0, 20}, Quat::Identity()});
+    scene.bodies[1].angular_velocity = Vec3(0, 0, 20);
+    add_joint(scene, sim::JointKind::hinge, {wheel_body, frame}, {0, 0, 20}, Vec3::UnitZ());
+    scene.joints[0].motor = sim::MotorDef{0.0, 5.0 * scene.bodies[1].mass.inertia(2, 2)};
+    add_plane(scene, Quat::Identity(), material(1.0, 0.5));
+    for (int i = 0; i < 4; ++i) {
+        add_sphere(scene, 0.1, {5.0 + i, 0, 0.5 + 0.1 * i}, material(1.0, 0.5));
+    }
+    sim::World world(scene);
+    double gain = 0.0;
+    int collisions = 0;
+    run(world, scene, 2.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+        gain = std::max(gain, report.energy_gain);
+        collisions += report.collisions;
+        EXPECT_NEAR(s.bodies[1].angular_velocity.z(), 20.0 - 5.0 * s.time, 1e-9);
+        return true;
+    });
+    EXPECT_GT(collisions, 10);
+    EXPECT_LT(gain, 1e-9);
+}
+
+/// A block on a plate on a spring on a heavy base: a ball taps the block, too softly to be told from rest below it.
+TEST(law_drive, what_bears_a_spring_is_told_at_rest_when_its_load_is_tapped) {
+    sim::SceneDef scene = law_scene(microseconds(1000));
+    scene.step.tolerance = 1e-4;
+    const sim::MaterialDef surface = material(0.0, 0.5);
+    add_plane(scene, Quat::Identity(), surface);
+    const int base = add_box(scene, {0.5, 0.5, 0.05}, {{0, 0, 0.05}, Quat::Identity()}, surface);
+    const int plate = add_box(scene, {0.2, 0.2, 0.05}, {{0, 0, 0.35}, Quat::Identity()}, surface);
+    add_box(scene, {0.1, 0.1, 0.1}, {{0, 0, 0.5}, Quat::Identity()}, surface);
+    add_sphere(scene, 0.01, {0, 0, 0.615}, surface);
+    add_joint(scene, sim::JointKind::slider, {plate, base}, {0, 0, 0.2}, Vec3::UnitZ());
+    const double load = (scene.bodies[2].mass.mass + scene.bodies[3].mass.mass) * g;
+    scene.joints[0].spring = sim::SpringDef{load / 0.1, 0.0, 0.1};
+    sim::World world(scene);
+    double speed = 0.0;
+    int collisions = 0;
+    run(world, scene, 0.2, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+        speed = std::max(speed, s.bodies[static_cast<std::size_t>(base)].velocity.norm());
+        collisions += report.collisions;
+        return true;
+    });
+    EXPECT_EQ(collisions, 1);
+    EXPECT_LE(speed, 1e-5);
+}
+
 /// Nothing but the way along the axis is free, whatever pulls and turns.
 TEST(law_drive, a_slider_holds_its_axis) {
     sim::SceneDef scene = law_scene(microseconds(1000));

@@ -292,6 +292,57 @@ void judge_loaded(const std::string& name, const LoadedRun& found, double sweeps
 // impulses give: 3000 sweeps a step, steps that come to no end, and the tower thrown. Where Newton's method solves the
 // contacts without the joints, it throws loads that these take up, and 4e-2 of the energy is gained. Where joints are closed before
 // impulses are extrapolated, and visits see them opened by that, steps take 2000 sweeps with wheels of a hundredth of the density.
+/// A chain that swings and a spring that holds a weight, far from a floor; bodies that collide are to be added.
+sim::SceneDef chain_and_spring() {
+    sim::SceneDef scene = chain_scene(microseconds(1000), 3, sim::JointKind::ball, 0.0);
+    scene.step.impacts = sim::ImpactHandling::ahead; // they divide no step
+    const int weight = add_sphere(scene, 0.1, {5, 0, 0});
+    add_joint(scene, sim::JointKind::slider, {weight, 0}, {5, 0, 0}, Vec3::UnitZ());
+    scene.joints.back().spring = sim::SpringDef{1e4, 0.0, -0.1};
+    for (sim::BodyDef& body : scene.bodies) {
+        body.pose.position.z() += 20.0;
+    }
+    for (sim::JointDef& joint : scene.joints) {
+        joint.anchor.z() += 20.0;
+    }
+    add_plane(scene, Quat::Identity(), material(0.9, 0.5));
+    return scene;
+}
+
+TEST(law_joints, joints_move_as_they_do_alone_whatever_collides_elsewhere) {
+    const sim::Snapshot alone = run_to(chain_and_spring(), 2.0);
+    sim::SceneDef scene = chain_and_spring();
+    for (int i = 0; i < 4; ++i) { // that bounce all the time
+        add_sphere(scene, 0.5, {50.0 + i, 0, 1.5 + 0.1 * i}, material(0.9, 0.5));
+    }
+    const sim::Snapshot beside = run_to(scene, 2.0);
+    for (std::size_t i = 0; i < alone.bodies.size(); ++i) {
+        EXPECT_EQ(alone.bodies[i].position, beside.bodies[i].position) << i;
+        EXPECT_EQ(alone.bodies[i].velocity, beside.bodies[i].velocity) << i;
+    }
+    EXPECT_GT(beside.bodies.back().position.z(), 0.6);
+}
+
+/// Half kicks of what a heap wedges are cut, those of a spring elsewhere are not.
+TEST(law_joints, springs_are_told_as_they_are_beside_a_heap) {
+    sim::SceneDef scene = chain_and_spring();
+    scene.step.tolerance = 1e-4;
+    scene.step.velocity_tolerance = 1e-2;
+    sim::Random random(1);
+    for (int i = 0; i < 48; ++i) {
+        const Vec3 at(50 + i % 4, i / 4 % 4, 1 + 1.2 * (i / 16));
+        add_box(scene, Vec3(0.5, 0.4, 0.3), {at, sim::rotation_between(Vec3::UnitZ(), random.direction())}, material(0.3, 0.5));
+    }
+    sim::World alone(chain_and_spring()), beside(scene);
+    double largest = 0.0;
+    run(beside, scene, 1.5, [&](const sim::Snapshot& s, const sim::StepReport&) {
+        alone.step();
+        largest = std::max(largest, (s.bodies[4].velocity - alone.take_snapshot().bodies[4].velocity).norm());
+        return true;
+    });
+    EXPECT_LE(largest, 1e-4);
+}
+
 TEST(law_joints, a_car_carries_a_tower) {
     for (const double density : {1000.0, 10.0}) { // [kg/m^3] of the wheels; of all else 1000
         sim::SceneDef scene = law_scene(microseconds(1000));

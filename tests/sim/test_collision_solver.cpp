@@ -38,7 +38,7 @@ struct Impacts {
         CollisionSolver solver(memory, joints);
         solver.most_sweeps = most_sweeps;
         solver.lost = lost;
-        return solver.resolve(bodies, pairs, {}, settings, velocity);
+        return solver.resolve(bodies, pairs, settings, velocity);
     }
     Vec3 momentum(const std::vector<Velocity>& u) const {
         Vec3 sum = Vec3::Zero();
