@@ -288,10 +288,6 @@ void judge_loaded(const std::string& name, const LoadedRun& found, double sweeps
     EXPECT_LE(found.beyond, 1e-3) << name; // as sweeps that stall may leave: 1e-3 m/s of some kg; 1 kg presses with 1e-2 N s
 }
 
-// Where sweeps go on until the joints, too, miss nothing, they go on to the limit, for contacts and joints may ask for what no
-// impulses give: 3000 sweeps a step, steps that come to no end, and the tower thrown. Where Newton's method solves the
-// contacts without the joints, it throws loads that these take up, and 4e-2 of the energy is gained. Where joints are closed before
-// impulses are extrapolated, and visits see them opened by that, steps take 2000 sweeps with wheels of a hundredth of the density.
 /// A chain that swings and a spring that holds a weight, far from a floor; bodies that collide are to be added.
 sim::SceneDef chain_and_spring() {
     sim::SceneDef scene = chain_scene(microseconds(1000), 3, sim::JointKind::ball, 0.0);
@@ -343,6 +339,9 @@ TEST(law_joints, springs_are_told_as_they_are_beside_a_heap) {
     EXPECT_LE(largest, 1e-4);
 }
 
+// Where sweeps go on until the joints, too, miss nothing, they go on to the limit, for contacts and joints may ask for what no
+// impulses give: 3000 sweeps a step, steps that come to no end, and the tower thrown. Where joints are closed before
+// impulses are extrapolated, and visits see them opened by that, steps take 2000 sweeps with wheels of a hundredth of the density.
 TEST(law_joints, a_car_carries_a_tower) {
     for (const double density : {1000.0, 10.0}) { // [kg/m^3] of the wheels; of all else 1000
         sim::SceneDef scene = law_scene(microseconds(1000));
