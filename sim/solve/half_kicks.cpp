@@ -31,37 +31,55 @@ struct Kicks {
     double work = 0.0;   ///< [J] at the velocities before, of those before collisions seen from kinematic bodies
     double change = 0.0; ///< [J] kinetic energy of what they change
     double room = 0.0;   ///< [J] that they may give: of what is told, what all impulses of the instant give
+    bool is_cut = true;  ///< where they give more
+
+    /// Those of body i, which have made this of its velocity.
+    void add(const Bodies& bodies, std::size_t i, const Velocity& with) {
+        const BodyProps& props = bodies.props[i];
+        const Quat& orientation = bodies.pose[i].orientation;
+        const Velocity& before = bodies.velocity[i];
+        const Velocity gained{with.v - before.v, with.w - before.w};
+        work += before.v.dot(gained.v) / props.inverse_mass + before.w.dot(angular_momentum(props, orientation, gained.w));
+        change += kinetic_energy(props, orientation, gained);
+    }
 
     /// So much of them [-] as gives no more: of the share s that is s * work + s^2 * change.
     double share() const {
         const double most = std::max(room, 0.0);
-        return work + change > most ? (std::sqrt(work * work + 4.0 * change * most) - work) / (2.0 * change) : 1.0;
+        const bool is_much = is_cut && work + change > most;
+        return is_much ? (std::sqrt(work * work + 4.0 * change * most) - work) / (2.0 * change) : 1.0;
     }
 };
 
 } // namespace
 
-void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std::span<PairContacts> pairs,
-                      std::span<Velocity> velocity) {
-    std::vector<Velocity> change(bodies.props.size());
+void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std::span<PairContacts> pairs, JointSolver& rows,
+                      std::span<const Joint> joints, std::span<Velocity> velocity) {
     std::vector<Kicks> kicks(bodies.props.size()); // of connected bodies, by the first of them
     const auto kicks_of = [&](std::size_t body) -> Kicks& { return kicks[static_cast<std::size_t>(connected[body])]; };
     const auto of_pair = [&](std::size_t a, std::size_t b) -> Kicks& { return kicks_of(bodies.props[a].is_static() ? b : a); };
     for_each_owing(pairs, [&](const PairContacts& pair, std::size_t a, std::size_t b) {
         for (const auto& [i, sign] : {std::pair(a, 1.0), std::pair(b, -1.0)}) {
-            change[i].v += sign * bodies.props[i].inverse_mass * pair.owed_impulse;
-            change[i].w += sign * bodies.inverse_inertia[i] * owed_moment_about(pair, bodies, i);
-            of_pair(a, b).work += sign * owed_work(pair, bodies, i, bodies.velocity[i]);
+            velocity[i].v += sign * bodies.props[i].inverse_mass * pair.owed_impulse;
+            velocity[i].w += sign * bodies.inverse_inertia[i] * owed_moment_about(pair, bodies, i);
+            if (bodies.props[i].is_kinematic) {
+                of_pair(a, b).work += sign * owed_work(pair, bodies, i, bodies.velocity[i]);
+            }
         }
     });
-    for (std::size_t i = 0; i < change.size(); ++i) {
+    rows.add_owed(joints, velocity);
+    for (const int assembly : rows.assemblies()) {
+        kicks_of(static_cast<std::size_t>(rows.bodies_of(assembly).front())).is_cut &= !rows.has_drives({&assembly, 1});
+    }
+    for (std::size_t i = 0; i < velocity.size(); ++i) {
         if (!bodies.props[i].is_static()) {
-            kicks_of(i).change += kinetic_energy(bodies.props[i], bodies.pose[i].orientation, change[i]);
+            kicks_of(i).add(bodies, i, velocity[i]);
         }
     }
-    for (std::size_t i = 0; i < change.size(); ++i) {
-        velocity[i].v += kicks_of(i).share() * change[i].v;
-        velocity[i].w += kicks_of(i).share() * change[i].w;
+    for (std::size_t i = 0; i < velocity.size(); ++i) {
+        if (const double share = kicks_of(i).share(); share < 1.0) {
+            velocity[i] = between(bodies.velocity[i], velocity[i], share);
+        }
     }
     for_each_owing(pairs, [&](PairContacts& pair, std::size_t a, std::size_t b) {
         pair.owed_impulse *= of_pair(a, b).share();
@@ -75,12 +93,8 @@ bool cut_half_kicks(const Bodies& bodies, std::span<const std::size_t> own, std:
     const auto kicks_of = [&](std::size_t body) -> Kicks& { return kicks[static_cast<std::size_t>(held[body])]; };
     for (const std::size_t i : own) {
         const auto energy = [&](const Velocity& of) { return kinetic_energy(bodies.props[i], bodies.pose[i].orientation, of); };
-        const Velocity& before = bodies.velocity[i];
-        const double change = energy({at_node[i].v - before.v, at_node[i].w - before.w});
-        const double begun = energy(before);
-        kicks_of(i).change += change;
-        kicks_of(i).work += energy(at_node[i]) - begun - change;
-        kicks_of(i).room += energy(after[i]) - begun;
+        kicks_of(i).add(bodies, i, at_node[i]);
+        kicks_of(i).room += energy(after[i]) - energy(bodies.velocity[i]);
     }
     bool is_cut = false;
     for (const std::size_t i : own) {

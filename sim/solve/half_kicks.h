@@ -2,14 +2,16 @@
 /// What velocities lack between two instants to be those at the instant: half of what forces gave them over the last interval, as in
 /// Verlet's scheme. Contacts' forces are their owed impulses; those of joints are the JointSolver's.
 #include "sim/solve/contact_memory.h"
+#include "sim/solve/joint.h"
 
 namespace sim {
 
 /// Adds them to `velocity`, that of `bodies`. A force keeps bodies where they are: its half kick takes back what went astray of
-/// their energy. What would give some to all that loads connect was no force but a push that has done its work, and the pairs owe
-/// so much less of it that it gives none. connected [body_count]: bodies that loads connect, each by the first of them.
-void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std::span<PairContacts> pairs,
-                      std::span<Velocity> velocity);
+/// their energy. What would give some to all that loads connect, where no motor or spring does, was no force but a push that has
+/// done its work, and the pairs owe so much less of it that it gives none. connected [body_count]: bodies that loads
+/// connect, each by the first of them. rows: prepared at the instant.
+void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std::span<PairContacts> pairs, JointSolver& rows,
+                      std::span<const Joint> joints, std::span<Velocity> velocity);
 
 /// at_node: velocities at an instant with its half kicks, those of `bodies` before its impulses, `after` them. In between bodies have
 /// no more energy than before or after, but where some of their contacts begin to bear what others have borne: a row that is being

@@ -275,14 +275,14 @@ LoadedRun run_loaded(sim::SceneDef scene, double mu, double duration) {
     return found;
 }
 
-void judge_loaded(const std::string& name, const LoadedRun& found, double sweeps) {
+void judge_loaded(const std::string& name, const LoadedRun& found, double sweeps, int most_sweeps = 500) {
     record({name, "sweeps of a step, mean", 1e-3, found.sweeps, sweeps});
-    record({name, "sweeps of a step, most", 1e-3, static_cast<double>(found.most_sweeps), 500});
+    record({name, "sweeps of a step, most", 1e-3, static_cast<double>(found.most_sweeps), static_cast<double>(most_sweeps)});
     record({name, "energy gained in a step, relative", 1e-3, found.energy, sim::energy_gain_allowed});
     record({name, "joint gap [m]", 1e-3, found.gap, 2e-10});
     EXPECT_EQ(found.unconverged, 0) << name;
     EXPECT_LE(found.sweeps, sweeps) << name;
-    EXPECT_LE(found.most_sweeps, 500) << name;
+    EXPECT_LE(found.most_sweeps, most_sweeps) << name;
     EXPECT_LE(found.energy, sim::energy_gain_allowed) << name;
     EXPECT_LE(found.gap, 2e-10) << name;
     EXPECT_LE(found.beyond, 1e-3) << name; // as sweeps that stall may leave: 1e-3 m/s of some kg; 1 kg presses with 1e-2 N s
@@ -339,6 +339,30 @@ TEST(law_joints, springs_are_told_as_they_are_beside_a_heap) {
     EXPECT_LE(largest, 1e-4);
 }
 
+/// A light foot bears a table that a ball taps, too softly to be told from rest below it: half kicks are no push by the floor alone.
+TEST(law_joints, what_bears_a_load_by_joints_is_told_at_rest_when_it_is_tapped) {
+    sim::SceneDef scene = law_scene(microseconds(1000));
+    scene.step.tolerance = 1e-4;
+    const sim::MaterialDef surface = material(0.5, 0.5);
+    add_plane(scene, Quat::Identity(), surface);
+    const int foot = add_box(scene, {0.2, 0.2, 0.05}, {{0, 0, 0.05}, Quat::Identity()}, surface, 1.0);
+    const int table = add_box(scene, {0.2, 0.2, 0.05}, {{0, 0, 0.35}, Quat::Identity()}, surface);
+    add_box(scene, {0.1, 0.1, 0.1}, {{0, 0, 0.5}, Quat::Identity()}, surface);
+    add_sphere(scene, 0.01, {0, 0, 0.615}, surface);
+    for (const Vec3& leg : {Vec3(0.15, 0.15, 0.2), Vec3(-0.15, 0.15, 0.2), Vec3(0, -0.15, 0.2)}) {
+        add_joint(scene, sim::JointKind::ball, {table, foot}, leg);
+    }
+    double speed = 0.0;
+    sim::World world(scene);
+    run(world, scene, 0.3, [&](const sim::Snapshot& s, const sim::StepReport&) {
+        for (const int body : {foot, table}) {
+            speed = std::max(speed, s.bodies[static_cast<std::size_t>(body)].velocity.norm());
+        }
+        return true;
+    });
+    EXPECT_LE(speed, 2e-4); // without half kicks g h / 2, 5e-3
+}
+
 // Where sweeps go on until the joints, too, miss nothing, they go on to the limit, for contacts and joints may ask for what no
 // impulses give: 3000 sweeps a step, steps that come to no end, and the tower thrown. Where joints are closed before
 // impulses are extrapolated, and visits see them opened by that, steps take 2000 sweeps with wheels of a hundredth of the density.
@@ -390,7 +414,7 @@ TEST(law_joints, chains_of_boxes_fall_into_a_tub) {
             }
             before = place;
         }
-        judge_loaded(fmt::format("chain of eight boxes in a tub, seed {}", seed), run_loaded(scene, mu, 1.2), 75.0);
+        judge_loaded(fmt::format("chain of eight boxes in a tub, seed {}", seed), run_loaded(scene, mu, 1.2), 75.0, 1000);
     }
 }
 

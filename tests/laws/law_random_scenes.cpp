@@ -268,19 +268,19 @@ TEST(law_random_scenes, what_contacts_give_does_not_add_up) {
 }
 
 /// A jam that only short intervals solve: where each of them is first tried with all that is left of the step, the step's work ends
-/// with bodies 17 mm in each other.
+/// before it does.
 TEST(law_random_scenes, what_had_to_be_divided_is_not_tried_whole) {
-    judge(19255, 19255, 0, 40.0);
+    judge(2665, 2665, 0, 60.0);
 }
 
 /// A chain is jammed: what its joints tell of half kicks holds against those of contacts, of which an impact leaves some.
 TEST(law_random_scenes, what_is_told_of_jammed_chains_has_no_energy_of_its_own) {
-    judge(19221, 19221, 0);
+    judge(587, 587, 0, 25.0);
 }
 
 /// Where half kicks are cut, the joints close after it, or they are told to open by 1.2 m/s.
 TEST(law_random_scenes, joints_of_jammed_chains_are_told_to_stay_closed) {
-    const sim::SceneDef scene = sim::parse_scene(Generator(19221).scene(), "random.toml");
+    const sim::SceneDef scene = sim::parse_scene(Generator(587).scene(), "random.toml");
     sim::World world(scene);
     double fastest = 0.0; // [m/s]
     while (world.time() < 1.5) {

@@ -62,7 +62,8 @@ struct Column {
     /// Of each body, upwards [m/s].
     std::vector<double> kicked() {
         std::vector<Velocity> velocity = bodies.velocity;
-        apply_half_kicks(bodies, connected(), pairs, velocity);
+        JointSolver none;
+        apply_half_kicks(bodies, connected(), pairs, none, {}, velocity);
         std::vector<double> rises;
         for (const Velocity& of : velocity) {
             rises.push_back(of.v.z());
