@@ -195,7 +195,7 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
         converged = converged && (loop.empty() || !has_joints || (loop.sweeps() > 1 && is_enough(missing)));
     }
     group.sweeps += loop.sweeps();
-    if (!loop.empty()) {
+    if (has_joints && !loop.empty()) {
         joints_.solve(group.assemblies, to_.velocity);
     }
     return loop.spent();
@@ -236,8 +236,10 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     for (int outer = 0; !contacts.loop.empty() || !group.assemblies.empty(); ++outer) {
         const auto [contacts_before, joints_before] = std::pair(report.residual, report.joint_residual);
         report.residual = gaps.measure();
-        report.joint_residual =
-            joints_.target_closed(group.assemblies, joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
+        if (!group.assemblies.empty()) {
+            report.joint_residual =
+                joints_.target_closed(group.assemblies, joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
+        }
         if (outer == 0 && is_guess) {
             give_guess(bodies, group);
         }

@@ -67,7 +67,9 @@ void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std:
             }
         }
     });
-    rows.add_owed(joints, velocity);
+    if (!rows.empty()) {
+        rows.add_owed(joints, velocity);
+    }
     for (const int assembly : rows.assemblies()) {
         kicks_of(static_cast<std::size_t>(rows.bodies_of(assembly).front())).is_cut &= !rows.has_drives({&assembly, 1});
     }
