@@ -107,6 +107,25 @@ TEST(world, any_number_of_threads_gives_the_same_state_of_many_islands) {
     EXPECT_EQ(run(scene, 5, 10).hash, one.hash);
 }
 
+TEST(world, any_number_of_threads_gives_the_same_state_of_many_islands_with_joints) {
+    SceneDef scene = cubes("[4, 8, 1]", "[1.05, 4, 1]", "[7, 2, -9.81]"); // eight chains of four that slide, each a group
+    for (int i = 1; i < 32; ++i) {
+        if (i % 4 > 0) {
+            const Pose& pose = scene.bodies[static_cast<std::size_t>(i)].pose;
+            JointDef joint;
+            joint.name = std::to_string(i);
+            joint.body_a = i;
+            joint.body_b = i + 1;
+            joint.anchor = pose.position + Vec3(0.525, 0, 0);
+            scene.joints.push_back(joint);
+        }
+    }
+    const Outcome one = run(scene, 1, 200);
+    EXPECT_GE(one.most_pairs, 32);
+    EXPECT_EQ(run(scene, 2, 200).hash, one.hash);
+    EXPECT_EQ(run(scene, 5, 200).hash, one.hash);
+}
+
 TEST(world, overlaps_stay_within_the_tolerance_in_every_reported_step) {
     const SceneDef scene = heap_of_cubes(2);
     const Outcome outcome = run(scene, 1, 500);
