@@ -273,7 +273,8 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
 
 /// Impulses that do not converge may be anything, but give no energy: bodies that they make faster as a whole become as slow as they
 /// were, so gaps stay between what they are and what they would become. Something that stands has to bear them: their momentum
-/// goes. Not where what bears them moves, or springs and motors give energy. What has become slow together is `held` together.
+/// goes. Not where what bears them moves, or joints hold, whose springs and motors give energy. What has become slow together is
+/// `held` together.
 void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::vector<int>& held) {
     for (const ContactGroup& group : groups_) {
         bool stands = false; // what it bears on
@@ -286,7 +287,7 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
                 (is_at_rest ? stands : moves) |= bodies.props[i].is_static();
             }
         }
-        if (is_driven(group) || !stands || moves) {
+        if (!group.assemblies.empty() || !stands || moves) {
             continue;
         }
         const auto energy = [&](std::span<const Velocity> velocity) {
