@@ -162,7 +162,7 @@ public:
     std::vector<BatchPoint> points; ///< of the batches
     Workers* workers = nullptr;     ///< share what is done block by block; null: this thread does all
     bool may_give_way = false;      ///< see softness()
-    std::span<const int> assembly_of; ///< [body_count] of joints, -1: none; may be empty
+    std::span<const int> assembly_of; ///< [body_count] see JointSolver; Newton's equations lack joints. Empty: there are none
 
     /// Room for so many blocks and contacts, which are to be written; no batches.
     void clear(std::size_t block_count = 0, std::size_t contact_count = 0);

@@ -47,10 +47,7 @@ void ContactGroups::find_islands(const Bodies& bodies, const std::vector<PairCon
             unite(first_of_, a, b);
         }
     }
-    for (const int assembly : joints.assemblies()) {
-        const std::span<const int> held = joints.bodies_of(assembly);
-        std::ranges::for_each(held, [&](int body) { unite(first_of_, held.front(), body); });
-    }
+    joints.unite_bodies(first_of_);
     for (const std::size_t i : solved) {
         if (first_of_[i] >= 0) {
             first_of_[i] = first_of_[static_cast<std::size_t>(first_of_[i])]; // that one, earlier, is right

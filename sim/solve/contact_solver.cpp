@@ -355,10 +355,7 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
             loaded.insert(loaded.end(), group.bodies.begin(), group.bodies.end());
         }
     }
-    for (const int assembly : joints_.assemblies()) {
-        const std::span<const int> of_joints = joints_.bodies_of(assembly);
-        std::ranges::for_each(of_joints, [&](int body) { unite(connected, of_joints.front(), body); });
-    }
+    joints_.unite_bodies(connected);
     find_firsts(connected);
     std::vector<int> held = connected;
     if (falls_short) {

@@ -43,6 +43,8 @@ public:
     std::span<const int> assembly_of() const { return assembly_of_; }
     /// Those that move, ascending.
     std::span<const int> bodies_of(int assembly) const { return assemblies_[static_cast<std::size_t>(assembly)].bodies; }
+    /// Unites those of each assembly; see disjoint_sets.h.
+    void unite_bodies(std::vector<int>& sets) const;
 
     /// Targets: every joint point at rest relative to its partner (collisions); springs and motors have no answer to an impact.
     void target_rest();

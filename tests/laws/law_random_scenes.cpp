@@ -278,7 +278,7 @@ TEST(law_random_scenes, what_is_told_of_jammed_chains_has_no_energy_of_its_own) 
     judge(587, 587, 0, 25.0);
 }
 
-/// Where half kicks are cut, the joints close after it, or they are told to open by 1.2 m/s.
+/// Where half kicks are cut, the joints close after it, or they are told to open.
 TEST(law_random_scenes, joints_of_jammed_chains_are_told_to_stay_closed) {
     const sim::SceneDef scene = sim::parse_scene(Generator(587).scene(), "random.toml");
     sim::World world(scene);
