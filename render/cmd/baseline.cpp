@@ -8,6 +8,7 @@
 #include "render/cmd/workplace.h"
 #include "render/compare/sequence.h"
 #include "render/gl/context.h"
+#include "sim/base/cores.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 #include "sim/scene/file.h"
@@ -21,7 +22,6 @@
 #include <cstdio>
 #include <mutex>
 #include <optional>
-#include <thread>
 
 namespace cmd {
 
@@ -34,18 +34,14 @@ namespace {
 constexpr const char* default_report = "out/baselines";
 constexpr const char* default_size = "640x360"; ///< the least at which the text over a picture is read
 
-int core_count() {
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
 JobPlan job_plan(const BaselineOptions& options, std::size_t count) {
     const int most = static_cast<int>(std::max<std::size_t>(count, 1));
-    const int wanted = options.jobs > 0 ? options.jobs : core_count();
+    const int wanted = options.jobs > 0 ? options.jobs : sim::core_count();
     return {count, std::min(wanted, most), "baselines", options.is_quiet || options.prints_json};
 }
 
 int threads_of(const JobPlan& plan) {
-    return std::max(1, core_count() / plan.at_once);
+    return std::max(1, sim::core_count() / plan.at_once);
 }
 
 /// The folder as one side of a comparison.

@@ -4,6 +4,7 @@
 #include "render/cmd/simulation.h"
 #include "render/study/engine.h"
 #include "render/study/preset.h"
+#include "sim/base/cores.h"
 #include "sim/base/error.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,6 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
-#include <thread>
 #include <utility>
 
 namespace cmd {
@@ -77,7 +77,7 @@ struct Costs {
     double expected(const Rational& factor, const PictureCost& picture) const {
         const double simulated = simulation(factor.value());
         const double pictures = static_cast<double>(frames) * picture.wall;
-        const double cores = std::max(1u, std::thread::hardware_concurrency());
+        const double cores = sim::core_count();
         const double processor =
             simulated * processors + static_cast<double>(frames) * picture.processor;
         return beginning + std::max({simulated, pictures, processor / cores});

@@ -7,6 +7,7 @@
 #include "render/compare/limits_file.h"
 #include "render/compare/report.h"
 #include "render/compare/side_by_side.h"
+#include "sim/base/cores.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 #include "sim/base/workers.h"
@@ -24,7 +25,6 @@
 #include <exception>
 #include <functional>
 #include <optional>
-#include <thread>
 
 namespace cmd {
 
@@ -62,9 +62,7 @@ diff::Settings compare_settings(const CompareOptions& options) {
     diff::Settings settings;
     settings.fail_on = tier_of(options.fail_on);
     settings.is_interrupted = is_interrupted;
-    settings.threads = options.threads > 0
-                           ? options.threads
-                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    settings.threads = options.threads > 0 ? options.threads : sim::core_count();
     for (const std::string& mask : options.masks) {
         diff::add_to_mask(mask, settings.pair.accepted, settings.pair.mask);
     }

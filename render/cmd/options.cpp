@@ -6,6 +6,7 @@
 #include "render/film/film.h"
 #include "render/film/memory.h"
 #include "render/study/preset.h"
+#include "sim/base/cores.h"
 #include "sim/base/error.h"
 #include "sim/scene/file.h"
 #include "sim/scene/tree.h"
@@ -22,7 +23,6 @@
 #include <optional>
 #include <span>
 #include <string_view>
-#include <thread>
 
 namespace cmd {
 
@@ -317,7 +317,7 @@ ProgressStyle progress_style(const Options& options) {
 }
 
 int thread_count(const Options& options) {
-    return options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    return options.threads > 0 ? options.threads : sim::core_count();
 }
 
 } // namespace cmd

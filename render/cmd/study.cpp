@@ -11,6 +11,7 @@
 #include "render/study/law.h"
 #include "render/study/promise.h"
 #include "render/study/table.h"
+#include "sim/base/cores.h"
 #include "sim/base/error.h"
 #include "sim/base/file_io.h"
 #include "sim/record/trajectory.h"
@@ -21,7 +22,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <thread>
 
 namespace cmd {
 
@@ -118,9 +118,8 @@ Job job_of(const Study& study, const study::Task& task, const study::Motion* ref
 }
 
 CrewSettings crew_settings(const Study& study, const std::string& what) {
-    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     return {.label = study.plan.scene.name + ", " + what,
-            .processes = study.options.jobs > 0 ? study.options.jobs : cores,
+            .processes = study.options.jobs > 0 ? study.options.jobs : sim::core_count(),
             .limit = study.options.limit,
             .is_quiet = study.options.is_quiet};
 }

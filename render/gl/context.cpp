@@ -1,6 +1,7 @@
 #include "render/gl/context.h"
 
 #include "render/gl/platform.h"
+#include "sim/base/cores.h"
 #include "sim/base/error.h"
 
 #include <fmt/format.h>
@@ -8,7 +9,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
-#include <thread>
 
 namespace render {
 
@@ -86,9 +86,9 @@ void load_gl_functions(GlFunction (*find)(const char* name)) {
 
 void configure_gl(bool portable) {
     constexpr int keeps = 0; // what the user has set
-    const unsigned cores = std::thread::hardware_concurrency();
+    const int cores = sim::core_count();
     // Pixels are the largest part of a film's work, and one thread could not do them beside all else in time.
-    setenv("LP_NUM_THREADS", std::to_string(cores > 1 ? std::max(cores - 2, 2u) : 0).c_str(), keeps);
+    setenv("LP_NUM_THREADS", std::to_string(cores > 1 ? std::max(cores - 2, 2) : 0).c_str(), keeps);
     if (portable) {
         setenv("GALLIUM_OVERRIDE_CPU_CAPS", "sse4.1", 1);
     }
