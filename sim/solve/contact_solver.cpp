@@ -273,9 +273,10 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
 
 /// Impulses that do not converge may be anything, but give no energy: bodies that they make faster as a whole become as slow as they
 /// were, so gaps stay between what they are and what they would become. Something that stands has to bear them: their momentum
-/// goes. Not where what bears them moves, or joints hold, whose springs and motors give energy. What has become slow together is
-/// `held` together.
-void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::vector<int>& held) {
+/// goes. Not where what bears them moves, or springs and motors act, which give energy. What has become slow together is `held`
+/// together.
+void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+                              std::vector<int>& held) {
     for (const ContactGroup& group : groups_) {
         bool stands = false; // what it bears on
         bool moves = false;
@@ -287,7 +288,7 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
                 (is_at_rest ? stands : moves) |= bodies.props[i].is_static();
             }
         }
-        if (!group.assemblies.empty() || !stands || moves) {
+        if (is_driven(group) || !stands || moves) {
             continue;
         }
         const auto energy = [&](std::span<const Velocity> velocity) {
@@ -309,6 +310,7 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
             unite(held, static_cast<int>(group.bodies.front()), static_cast<int>(i));
         }
         to_.update(bodies, group.bodies, workers_);
+        joints_.target_closed(group.assemblies, joints, to_.pose, to_.velocity, rules_.h, rules_.step_share); // how far they are open now
     }
 }
 
@@ -359,7 +361,7 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
     find_firsts(connected);
     std::vector<int> held = connected;
     if (falls_short) {
-        slow_down(bodies, pairs, held);
+        slow_down(bodies, pairs, joints, held);
         find_firsts(held);
     }
     if (cut_half_kicks(bodies, loaded, held, to_.velocity, at_node_)) {

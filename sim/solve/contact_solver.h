@@ -96,7 +96,8 @@ private:
     /// Motors and springs do work by way of contacts.
     bool is_driven(const ContactGroup& group) const { return !group.assemblies.empty() && joints_.has_drives(group.assemblies); }
     void find_energy_lost(const Bodies& bodies);
-    void slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::vector<int>& held);
+    void slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,
+                   std::vector<int>& held);
     void solve_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints, ContactGroup& group);
 
     StepSettings settings_;

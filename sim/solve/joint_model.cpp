@@ -54,6 +54,17 @@ JointAxes joint_axes(const Joint& joint, const Pose& a, const Pose& b) {
     return axes;
 }
 
+double joint_opening(const Joint& joint, const Pose& a, const Pose& b) {
+    const JointAxes axes = joint_axes(joint, a, b);
+    const Vec3 apart = a * joint.anchor_a - b * joint.anchor_b;
+    double square = 0.0;
+    for (int k = 0; k < axes.point_count; ++k) {
+        const double along = axes.points[static_cast<std::size_t>(k)].dot(apart);
+        square += along * along;
+    }
+    return std::sqrt(square);
+}
+
 double drive_position(const Joint& joint, const Pose& a, const Pose& b, double near) {
     if (joint.kind == JointKind::slider) {
         return (b.orientation * joint.axis_b).dot(a * joint.anchor_a - b * joint.anchor_b);

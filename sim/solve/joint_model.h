@@ -47,6 +47,9 @@ struct JointAxes {
 };
 JointAxes joint_axes(const Joint& joint, const Pose& a, const Pose& b);
 
+/// How far apart its anchors are, along the directions in which it holds them together [m].
+double joint_opening(const Joint& joint, const Pose& a, const Pose& b);
+
 /// How far a is turned about the axis against b [rad], on from `near` however many times it went round; of a slider, how far
 /// it is drawn out [m]. Zero at the start.
 double drive_position(const Joint& joint, const Pose& a, const Pose& b, double near);

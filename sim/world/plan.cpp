@@ -68,23 +68,33 @@ void WorldState::plan(StepReport& report) {
         ++report.impacts_stopped_at;
     }
     connected = contact_solver.store_impulses(bodies, search.pairs, joints, !good);
+    if (!good) {
+        report.joint_gap = contact_solver.joint_gap();
+        check_joints();
+    }
     if (has_drives) {
         energy.plan_work(contact_solver.drive_work(bodies));
     }
 }
 
-/// What the last plan left open, to be told beside what came of it; empty where that is no joint.
-std::string WorldState::torn_open() {
-    const Unsettled left = contact_solver.least_settled();
-    if (left.joint < 0) {
-        return "";
+/// Throws Error(stopped) where the plan tears a joint open by more than the bodies reach that it holds.
+void WorldState::check_joints() const {
+    const auto name_of = [&](std::size_t i) { return i < names.size() ? fmt::format("'{}'", names[i]) : "the world"; };
+    const std::span<const Pose> planned = contact_solver.predicted();
+    for (const Joint& joint : joints) {
+        const auto a = static_cast<std::size_t>(joint.a);
+        const auto b = static_cast<std::size_t>(joint.b);
+        double reach = 0.0; // [m]
+        for (const std::size_t i : {a, b}) {
+            reach = std::max(reach, bodies.props[i].is_static() ? 0.0 : bodies.props[i].bounding_radius);
+        }
+        if (const double opening = joint_opening(joint, planned[a], planned[b]); opening > reach) {
+            throw Error(ExitCode::stopped,
+                        fmt::format("the joint of {} and {} is torn open by {:.3g} m in step {}, expected at most {:.3g} m, as far "
+                                    "as they reach (contacts)",
+                                    name_of(a), name_of(b), opening, step_index, reach));
+        }
     }
-    const Joint& joint = joints[static_cast<std::size_t>(left.joint)];
-    const auto name_of = [&](int body) {
-        const auto i = static_cast<std::size_t>(body);
-        return i < names.size() ? fmt::format("'{}'", names[i]) : "the world";
-    };
-    return fmt::format("; the joint of {} and {} was torn open, by {:.3g} m", name_of(joint.a), name_of(joint.b), left.error);
 }
 
 /// Intervals a second that the fastest rotation asks for [1/s]: of bodies in joints, and of those near contact whose contact points
@@ -119,8 +129,8 @@ double WorldState::intervals_for_spin() {
     if (rate * h > largest_turn_in_step) {
         throw Error(ExitCode::stopped,
                     fmt::format("body '{}' spins at {:.3g} rad/s in contact or in a joint in step {}, expected "
-                                "at most {:.3g} rad/s: {:g} rad a step{} (contacts)",
-                                names[fastest], rate, step_index, largest_turn_in_step / h, largest_turn_in_step, torn_open()));
+                                "at most {:.3g} rad/s: {:g} rad a step (contacts)",
+                                names[fastest], rate, step_index, largest_turn_in_step / h, largest_turn_in_step));
     }
     return rate / largest_turn;
 }

@@ -63,7 +63,7 @@ struct WorldState {
     void find_contacts(StepReport& report);
     void resolve_collisions(StepReport& report);
     void restart(std::span<const char> touched);
-    std::string torn_open();
+    void check_joints() const;
     double intervals_for_spin();
     double intervals_for_joints() const;
     double parts_of_plan_for_joints(int divisions) const;
