@@ -404,6 +404,41 @@ TEST(blocks, sweep_passes_over_what_has_settled_until_loaded_again) {
     EXPECT_NEAR(sweep(), 1.0, block_rounding);
 }
 
+/// A splinter that a stone presses to the floor, along which it slides: half of what a visit finds of friction at its limit is less than
+/// the limit, and would seem to stick.
+TEST(blocks, newtons_method_holds_no_friction_that_slides) {
+    Bodies bodies;
+    add_body(bodies, make_props(Plane{}, 0.0), Pose{});
+    add_body(bodies, make_props(Sphere{}, 1.0), {Vec3(0.094, 0.029, 0.059), Quat::Identity()},
+             {Vec3(-0.58, -0.02, 0.83), Vec3(-1.35, -9.98, -0.55)});
+    bodies.props[1].inverse_mass = 0.348;
+    bodies.inverse_inertia[1] << 206, 49, 0, 49, 63, 0, 0, 0, 48;
+    add_body(bodies, make_props(Sphere{}, 1.0), {Vec3(0.016, -0.024, 0.321), Quat::Identity()},
+             {Vec3(-0.96, -1.92, -3.37), Vec3(-29.8, 28.4, 2.28)});
+    bodies.props[2].inverse_mass = 0.0206;
+    bodies.inverse_inertia[2] = 0.95 * Mat3::Identity();
+    std::vector<Contact> contacts(2);
+    contacts[0].at.n = -Vec3::UnitZ();
+    contacts[1].at.n = Vec3(0.0856, 0.271, -0.959).normalized();
+    contacts[1].at.a = Vec3(-0.005, -0.016, 0.113);
+    Blocks loop;
+    for (const int i : {0, 1}) {
+        loop.contacts.push_back(&contacts[static_cast<std::size_t>(i)]);
+        Block& block = loop.blocks.emplace_back();
+        block = {.a = i, .b = i + 1, .first = i, .count = 1, .mu_s = 0.23, .mu_d = 0.23};
+    }
+    loop.arrange(bodies, 0, bodies.velocity);
+    for (const Block& block : loop.blocks) {
+        loop.points_of(loop.batch_of(block))[0].u_n_target.x[Blocks::lane_of(block)] = 0.0;
+    }
+    loop.wake(10000);
+    double change = 1.0;
+    while (loop.sweeps() < 300 && change > 1e-6) {
+        change = loop.sweep(bodies.velocity, 1e-9, 1e-7);
+    }
+    EXPECT_LE(change, 1e-6); // 0.04 m/s in every sweep
+}
+
 /// A column of thirty balls that falls. A round costs two sweeps.
 TEST(blocks, a_step_of_newtons_method_counts_as_sweeps_and_is_taken_where_they_are_left) {
     for (const int budget : {100, 13}) {
