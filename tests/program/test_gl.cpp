@@ -77,7 +77,7 @@ TEST_F(gl, what_draws_is_no_part_of_a_scene) {
 TEST_F(gl, a_driver_that_is_lost_leaves_whole_frames_and_the_run_goes_on) {
     ASSERT_EQ(tumble("run block.toml --quiet --out whole").code, 0);
     const Outcome outcome =
-        shell(with_card + std::string("CARD_LOST_AFTER=14 \"$TUMBLE\" run block.toml --quiet --gl egl:0"));
+        shell(with_card + std::string("CARD_LOST_AFTER=18 \"$TUMBLE\" run block.toml --quiet --gl egl:0"));
     EXPECT_EQ(outcome.code, 3);
     EXPECT_TRUE(outcome.err == "tumble: the driver of egl:0 was lost while drawing a frame\n" ||
                 outcome.err == "tumble: the driver of egl:0 was lost while reading a frame\n")
