@@ -305,6 +305,30 @@ TEST(contact_solver, a_plan_that_falls_short_makes_no_body_faster) {
     EXPECT_GT(pushed(false, 0.0, false), 0.1);
 }
 
+/// A cube that overlaps the floor parts from it, another beside it is stopped: slowed down together, they are told together, the one as
+/// it is after the impulses, the other not as it was before.
+TEST(contact_solver, of_a_plan_that_falls_short_no_energy_is_told) {
+    Stack stack(1, -1.5e-5);
+    stack.settings.tolerance = 1e-5;
+    const int other = add_body(stack.bodies, make_props(Box{}, 1000.0), {Vec3(3, 0, 0.5), Quat::Identity()},
+                               {Vec3(0, 0, -2e-3), Vec3::Zero()});
+    stack.pair(other, 1);
+    for (PairContacts& pair : stack.pairs) {
+        for (Contact& contact : pair.manifold.contacts) {
+            contact.memory.p_n = 1.0; // a load
+            contact.memory.last_interval = contact.memory.signed_interval = time_step;
+        }
+    }
+    stack.solver.prepare(stack.bodies, stack.pairs, {}, stack.settings, time_step);
+    stack.solver.solve(stack.bodies, stack.pairs, {});
+    stack.solver.store_impulses(stack.bodies, stack.pairs, {}, true);
+    double told = 0.0; // [m^2/s^2]
+    for (const Velocity& at_node : stack.solver.velocity_at_node()) {
+        told += at_node.v.squaredNorm();
+    }
+    EXPECT_NEAR(told, 4e-6, 1e-12); // 5.9e-6 where each is told alone
+}
+
 /// A column that is too long for its room: what overlaps cannot part, and sweeps that ask for it push ever harder, to the limit.
 TEST(contact_solver, a_column_wedged_between_floor_and_ceiling_stays_as_it_is) {
     const double gap = -8e-5;
