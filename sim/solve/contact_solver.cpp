@@ -237,8 +237,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
         const auto [contacts_before, joints_before] = std::pair(report.residual, report.joint_residual);
         report.residual = gaps.measure();
         if (!group.assemblies.empty()) {
-            report.joint_residual =
-                joints_.target_closed(group.assemblies, joints, to_.pose, to_.velocity, rules_.h, rules_.step_share);
+            report.joint_residual = joints_.target_closed(group.assemblies, joints, to_, rules_.step_share);
         }
         if (outer == 0 && is_guess) {
             give_guess(bodies, group);
@@ -310,7 +309,7 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
             unite(held, static_cast<int>(group.bodies.front()), static_cast<int>(i));
         }
         to_.update(bodies, group.bodies, workers_);
-        joints_.target_closed(group.assemblies, joints, to_.pose, to_.velocity, rules_.h, rules_.step_share); // how far they are open now
+        joints_.target_closed(group.assemblies, joints, to_, rules_.step_share); // how far they are open now
     }
 }
 

@@ -54,7 +54,7 @@ struct Kicks {
 } // namespace
 
 void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std::span<PairContacts> pairs, JointSolver& rows,
-                      std::span<const Joint> joints, std::span<Velocity> velocity) {
+                      std::span<Velocity> velocity) {
     std::vector<Kicks> kicks(bodies.props.size()); // of connected bodies, by the first of them
     const auto kicks_of = [&](std::size_t body) -> Kicks& { return kicks[static_cast<std::size_t>(connected[body])]; };
     const auto of_pair = [&](std::size_t a, std::size_t b) -> Kicks& { return kicks_of(bodies.props[a].is_static() ? b : a); };
@@ -68,7 +68,7 @@ void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std:
         }
     });
     if (!rows.empty()) {
-        rows.add_owed(joints, velocity);
+        rows.add_owed(velocity);
     }
     for (const int assembly : rows.assemblies()) {
         kicks_of(static_cast<std::size_t>(rows.bodies_of(assembly).front())).is_cut &= !rows.has_drives({&assembly, 1});

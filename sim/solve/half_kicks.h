@@ -11,7 +11,7 @@ namespace sim {
 /// done its work, and the pairs owe so much less of it that it gives none. connected [body_count]: bodies that loads
 /// connect, each by the first of them. rows: prepared at the instant.
 void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std::span<PairContacts> pairs, JointSolver& rows,
-                      std::span<const Joint> joints, std::span<Velocity> velocity);
+                      std::span<Velocity> velocity);
 
 /// at_node: velocities at an instant with its half kicks, those of `bodies` before its impulses, `after` them. In between bodies have
 /// no more energy than before or after, but where some of their contacts begin to bear what others have borne: a row that is being

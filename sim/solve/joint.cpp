@@ -102,7 +102,8 @@ void JointSolver::begin_solve(std::span<const Joint> joints) {
             of.is_factored = of.is_factored && row.softness == 0.0;
             row.target = row.sum = row.half = row.late = row.softness = 0.0;
             row.most = std::numeric_limits<double>::infinity();
-            row.before = row.kind == RowKind::spring ? joints[static_cast<std::size_t>(row.joint)].memory.spring_owed : 0.0;
+            const JointMemory& memory = joints[static_cast<std::size_t>(row.joint)].memory;
+            row.before = row.kind == RowKind::spring ? memory.spring_owed : row.kind == RowKind::motor ? memory.motor_owed : 0.0;
         }
     }
 }
@@ -259,8 +260,7 @@ bool JointSolver::has_drives(std::span<const int> of) const {
     });
 }
 
-double JointSolver::target_closed(std::span<const int> of, std::span<const Joint> joints, std::span<const Pose> predicted,
-                                  std::span<const Velocity> velocity, double h, double share) {
+double JointSolver::target_closed(std::span<const int> of, std::span<const Joint> joints, const Prediction& to, double share) {
     double largest = 0.0, square = 0.0, square_gap = 0.0;
     JointAxes axes;
     Vec3 d; // of the joint's anchors
@@ -268,21 +268,22 @@ double JointSolver::target_closed(std::span<const int> of, std::span<const Joint
         Opening& widest = at(assembly).widest = {};
         for (Row& row : rows_of(at(assembly))) {
             const Joint& joint = joints[static_cast<std::size_t>(row.joint)];
-            const Pose& a = predicted[static_cast<std::size_t>(row.a)];
-            const Pose& b = predicted[static_cast<std::size_t>(row.b)];
+            const Pose& a = to.pose[static_cast<std::size_t>(row.a)];
+            const Pose& b = to.pose[static_cast<std::size_t>(row.b)];
+            const double u = row_velocity(row, to.velocity);
             if (row.index == 0) {
                 axes = joint_axes(joint, a, b);
                 d = a * joint.anchor_a - b * joint.anchor_b;
             }
             if (row.is_drive()) {
-                target_drive(joint, row, drive_position(joint, a, b, row.gap), row_velocity(row, velocity), h, at(assembly));
+                at(assembly).is_factored &= target_drive(joint, row, drive_position(joint, a, b, row.gap), u, to.h);
                 continue;
             }
             const bool is_point = row.kind == RowKind::point;
             const auto k = static_cast<std::size_t>(is_point ? row.index : row.index - axes.point_count);
             const double gap = is_point ? axes.points[k].dot(d) : axes.angles_a[k].dot(axes.angles_b[k]);
             const double error = gap - (1.0 - share) * row.gap;
-            row.target = row_velocity(row, velocity) - error / h;
+            row.target = u - error / to.h;
             // The distance of anchors counts, not its components.
             const bool goes_on = is_point && row.index > 0;
             square = error * error + (goes_on ? square : 0.0);
@@ -298,12 +299,12 @@ double JointSolver::target_closed(std::span<const int> of, std::span<const Joint
 
 /// position: the joint's at t0 + h, reached with row_velocity u. With x linear in u, half the impulse of an interval is
 /// a = -k ((1 - s) x(t0) + (1 + s) x - 2 rest) h/4 - c (x - x(t0)) / 2 = -(stretch + soft u), s = late. The row's impulse,
-/// before + (1 + s) a, is p where u + p / ((1 + s) soft) is the target.
-void JointSolver::target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h, Assembly& of) {
+/// before + (1 + s) a, is p where u + p / ((1 + s) soft) is the target. Returns whether its softness is what it was.
+bool JointSolver::target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h) {
     if (row.kind == RowKind::motor) {
         row.target = row_velocity + joint.motor->speed - (position - row.gap) / h;
         row.most = joint.motor->limit * 0.5 * (joint.memory.last_interval + h);
-        return;
+        return true;
     }
     const auto& [stiffness, damping, rest] = *joint.spring;
     const double slow = damping * h * row.response;
@@ -315,9 +316,8 @@ void JointSolver::target_drive(const Joint& joint, Row& row, double position, do
     const double stretch =
         0.25 * stiffness * h * ((1.0 - row.late) * row.gap + end * still - 2.0 * rest) + 0.5 * damping * (still - row.gap);
     const double softness = 1.0 / (end * soft);
-    of.is_factored = of.is_factored && row.softness == softness;
-    row.softness = softness;
     row.target = softness * (row.before - end * stretch);
+    return std::exchange(row.softness, softness) == softness;
 }
 
 /// A motor never gives more than its limit; at it the others are solved anew. Returns false if one changed.
@@ -389,10 +389,9 @@ void JointSolver::apply(const Row& row, double p, std::span<Velocity> velocity) 
     push(row.b, row.inverse_mass_b, row.turn_b, -p);
 }
 
-void JointSolver::add_owed(std::span<const Joint> joints, std::span<Velocity> velocity) {
+void JointSolver::add_owed(std::span<Velocity> velocity) {
     for (Row& row : rows_) {
-        const JointMemory& memory = joints[static_cast<std::size_t>(row.joint)].memory;
-        row.half = row.kind == RowKind::spring ? memory.spring_owed : memory.motor_owed;
+        row.half = row.before;
     }
     half_kick(all_, velocity);
 }

@@ -12,6 +12,7 @@
 /// A motor's row asks for a speed, with an impulse that has a limit.
 #include "sim/block/blocks.h"
 #include "sim/solve/joint_model.h"
+#include "sim/solve/prediction.h"
 
 #include <algorithm>
 #include <limits>
@@ -49,12 +50,11 @@ public:
     /// Targets: every joint point at rest relative to its partner (collisions); springs and motors have no answer to an impact.
     void target_rest();
 
-    /// Targets: the gaps of the predicted poses, reached with `velocity`, close within h (resting solve).
+    /// Targets: the gaps of the predicted poses close within h (resting solve).
     /// Where h is only `share` of a step, that share of the gap at t0 is closed: no velocity grows as the
     /// interval shrinks. Springs and motors get the targets of their forces. Returns the largest error of a gap [m]; an
     /// angular gap counts with an arm of 1 m.
-    double target_closed(std::span<const int> of, std::span<const Joint> joints, std::span<const Pose> predicted,
-                         std::span<const Velocity> velocity, double h, double share);
+    double target_closed(std::span<const int> of, std::span<const Joint> joints, const Prediction& to, double share);
 
     /// A joint and how far it is open [m]; an angular gap counts as above.
     struct Opening {
@@ -65,7 +65,7 @@ public:
     Opening widest(std::span<const int> of) const;
 
     /// Adds to velocities before the next impulses what springs and motors owe; then the joints close (see half_kick()).
-    void add_owed(std::span<const Joint> joints, std::span<Velocity> velocity);
+    void add_owed(std::span<Velocity> velocity);
 
     /// Adds what springs and motors give before t0 of this solve's impulses, of motors the share `weight` [joint_count] of
     /// them; then the joints close.
@@ -116,7 +116,7 @@ private:
         double gap = 0.0;    ///< at t0 [m] or [rad]; of springs and motors: drive_position()
         double target = 0.0; ///< [m/s] or [rad/s]
         double sum = 0.0;    ///< impulses of this solve [N s] or [N m s]
-        double before = 0.0; ///< of a spring, what of them acts at the end of the last interval
+        double before = 0.0; ///< of springs and motors, what of the last solve's acts at the end of its interval
         double half = 0.0;   ///< given by the last half kick
         double late = 0.0;     ///< of a spring: 0: mean of both ends, 1: the force at the end of the interval [-]
         double softness = 0.0; ///< of a spring: velocity that a unit of impulse does without [m/s] or [rad/s]
@@ -150,7 +150,7 @@ private:
     double solve(Assembly& of, std::span<Velocity> velocity);
     double missing_of(const Row& row, std::span<const Velocity> velocity) const;
     void add_rows(const Bodies& bodies, const Joint& joint, int index, Assembly& of);
-    void target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h, Assembly& of);
+    static bool target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h);
     bool keep_limits(Assembly& of, std::span<Velocity> velocity);
     void take_out_drives(Assembly& of, bool is_out);
     const Eigen::VectorXd& close(Assembly& of, std::span<Velocity> velocity);

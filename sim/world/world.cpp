@@ -208,7 +208,7 @@ void WorldState::resolve_collisions(StepReport& report) {
     after_collisions = bodies.velocity;
     JointSolver& joint_rows = contact_solver.joints(); // for what the last impulses owe, then for collisions
     joint_rows.prepare(bodies, joints);
-    apply_half_kicks(bodies, connected, search.pairs, joint_rows, joints, after_collisions);
+    apply_half_kicks(bodies, connected, search.pairs, joint_rows, after_collisions);
     const std::vector<Velocity> before = has_drives ? after_collisions : std::vector<Velocity>();
     collision_solver.simultaneous_gap = stopped_at_impact ? simultaneous_share * settings.tolerance : 0.0;
     collision_solver.lost = contact_solver.energy_lost();

@@ -63,7 +63,7 @@ struct Column {
     std::vector<double> kicked() {
         std::vector<Velocity> velocity = bodies.velocity;
         JointSolver none;
-        apply_half_kicks(bodies, connected(), pairs, none, {}, velocity);
+        apply_half_kicks(bodies, connected(), pairs, none, velocity);
         std::vector<double> rises;
         for (const Velocity& of : velocity) {
             rises.push_back(of.v.z());

@@ -150,7 +150,7 @@ TEST(joint, half_kicks_close_the_joints) {
     std::vector<Velocity> solved = bodies.velocity;
     solver.solve(solver.assemblies(), solved);
     std::vector<Velocity> owed = bodies.velocity;
-    solver.add_owed(joints, owed);
+    solver.add_owed(owed);
     std::vector<Velocity> before = bodies.velocity;
     solver.add_before(solver.assemblies(), std::vector{0.5}, before);
     for (std::size_t i = 0; i < 2; ++i) {
@@ -165,16 +165,16 @@ TEST(joint, target_closed_brings_the_predicted_points_together) {
     const std::vector joints{make_joint(definition(JointKind::ball, 0, 1), bodies.pose, 2)};
     JointSolver solver;
     solver.prepare(bodies, joints);
-    std::vector<Velocity> velocity = bodies.velocity;
-    const double h = 0.01;
+    Prediction to;
+    to.begin(bodies, Vec3::Zero(), 0.01);
+    to.pose = bodies.pose;
     double error = 1.0;
     for (int i = 0; i < 8; ++i) {
-        std::vector<Pose> predicted;
         for (std::size_t k = 0; k < 3; ++k) {
-            predicted.push_back(free_motion(bodies.props[k], bodies.pose[k], velocity[k], Vec3::Zero(), h));
+            to.pose[k] = free_motion(bodies.props[k], bodies.pose[k], to.velocity[k], Vec3::Zero(), to.h);
         }
-        error = solver.target_closed(solver.assemblies(), joints, predicted, velocity, h, 1.0);
-        solver.solve(solver.assemblies(), velocity);
+        error = solver.target_closed(solver.assemblies(), joints, to, 1.0);
+        solver.solve(solver.assemblies(), to.velocity);
     }
     EXPECT_LE(error, 1e-13); // Newton with a constant matrix: each round gains a factor w h, 50 and more
 }
