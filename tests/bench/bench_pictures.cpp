@@ -2,6 +2,7 @@
 /// whole run beside simulation and pictures alone; of a PNG beside stb's. Arguments: TUMBLE [REPEATS]. Writes out/bench/pictures.md.
 #include "render/film/film.h"
 #include "render/picture/image.h"
+#include "sim/base/cores.h"
 #include "sim/base/file_io.h"
 
 #include <fmt/format.h>
@@ -18,7 +19,6 @@
 #include <regex>
 #include <string>
 #include <sys/resource.h>
-#include <thread>
 #include <vector>
 
 namespace {
@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
         "PNG and MP4 written, start-up included; [ms] a frame.\n\n"
         "| film | wall | goal | processor | list | draw | edges | png | video | pixels in threads of their own, start-up |\n"
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
-        frame_count, std::thread::hardware_concurrency(), repeats);
+        frame_count, sim::core_count(), repeats);
     double pictures = 0.0;
     for (std::size_t i = 0; i < std::size(films); ++i) {
         const Film& film = films[i];

@@ -4,6 +4,7 @@
 /// time over the steps in which the first cubes meet: a step, and a contact beyond what the bodies cost in free fall, most
 /// of them falling still; memory a body and a contact. Writes scale.csv and prints a table. Then columns at rest, jointed
 /// figures, scenes with more threads than one, and of other shapes than cubes.
+#include "sim/base/cores.h"
 #include "sim/base/file_io.h"
 #include "sim/base/random.h"
 #include "sim/scene/file.h"
@@ -299,7 +300,7 @@ void print_threads(const char* name, int steps) {
         double ms = 0.0; ///< of a clock on the wall
     };
     std::vector<Run> runs;
-    for (int threads = 1; threads <= std::max(2, static_cast<int>(std::thread::hardware_concurrency())); threads *= 2) {
+    for (int threads = 1; threads <= std::max(2, sim::core_count()); threads *= 2) {
         runs.push_back({threads, sim::World(scene, threads)});
     }
     for (int done = 0; done < steps; done += turn) {

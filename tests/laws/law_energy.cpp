@@ -192,8 +192,8 @@ TEST(law_energy, a_row_wedged_between_plates_gains_nothing) {
 }
 
 /// Nor are rows thrown whose steps come to no end, and leave overlaps: few gain more than what pushes these apart gives. Which do is
-/// chance, as all that a step leaves unsolved; where such steps may make bodies faster, nine do, six of them most of what they have
-/// turned over.
+/// chance, as all that a step leaves unsolved; where such steps may make bodies faster, ten do, seven of them most of what they
+/// have turned over.
 TEST(law_energy, what_does_not_converge_throws_nothing) {
     sim::Random random(1);
     int unconverged = 0; // steps
