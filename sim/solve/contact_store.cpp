@@ -47,13 +47,13 @@ bool RestingContacts::update_marks(const Bodies& bodies, const std::vector<PairC
 /// within it, and sticks if static friction can hold it.
 bool RestingContacts::update_mark(const Bodies& bodies, const PairContacts& pair, Block& block,
                                   std::span<const Velocity> velocity) {
-    const double slip_tolerance = rules_.slip_tolerance / rules_.h;
     const BlockBatch& batch = loop.batch_of(block);
     const std::size_t lane = Blocks::lane_of(block);
     const LaneFrame frame(batch, lane);
     const Vec6 twist = frame.relative_twist(velocity);
     const Vec6 before = frame.relative_twist(bodies.velocity);
     const bool is_sticking = (batch.sticking >> lane & 1u) != 0;
+    const double mu = batch.mu.x[lane];
     const Vec2 fall = frame.frame.leftCols<2>().transpose() * relative_gravity(bodies, pair.manifold, settings_);
     bool slips = false;
     bool at_limit = false;
@@ -66,15 +66,15 @@ bool RestingContacts::update_mark(const Bodies& bodies, const PairContacts& pair
         }
         const Vec2 target(in_lanes.u_t_target[0].x[lane], in_lanes.u_t_target[1].x[lane]);
         const Vec2 slip = point.tangential_velocity(twist) - target;
-        slips = slips || slip.norm() > slip_tolerance;
-        at_limit = at_limit || point.p_t.norm() >= rules_.limit * block.mu_s * point.p_n;
+        slips = slips || slip.norm() > rules_.velocity_tolerance;
+        at_limit = at_limit || point.p_t.norm() >= rules_.limit * mu * point.p_n;
         const ContactMemory& memory = loop.contacts[static_cast<std::size_t>(block.first + k)]->memory;
         if (!memory.is_sticking()) {
             reversal += point.p_n * slip.dot(point.tangential_velocity(before) - 0.5 * memory.last_interval * fall);
         }
     }
     const bool lost = is_sticking && slips && at_limit;
-    const bool stopped = !is_sticking && slips && reversal < 0.0;
+    const bool stopped = !is_sticking && at_limit && reversal < 0.0;
     if (lost || stopped) {
         set_mark(block, stopped);
     }

@@ -56,6 +56,31 @@ void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
                          std::ranges::equal(rows_of(of), std::span(before).subspan(of.first, of.count), couples_alike);
     }
     begin_solve(joints);
+    for (Assembly& of : assemblies_) {
+        if (of.has_springs) {
+            find_responses(of);
+        }
+    }
+}
+
+/// Of springs, with what the joints leave of them: how fast one swings is not told by bodies that others hold. They take no part in
+/// the factor then.
+void JointSolver::find_responses(Assembly& of) {
+    take_out_drives(of, true);
+    if (!of.is_factored) {
+        factorise(of);
+    }
+    Factor& f = *of.factor;
+    const std::span<Row> rows = rows_of(of);
+    for (Row& spring : rows) {
+        if (spring.kind != RowKind::spring) {
+            continue;
+        }
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            f.right_side[static_cast<Eigen::Index>(i)] = rows[i].is_out ? 0.0 : coupling(rows[i], spring).value_or(0.0);
+        }
+        spring.response = std::max(*coupling(spring, spring) - f.right_side.dot(f.ldlt.solve(f.right_side)), 0.0);
+    }
 }
 
 /// In the order of their first joints.
@@ -155,8 +180,6 @@ void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index, 
         const Vec3 axis = is_slider ? pose_b.orientation * joint.axis_b : pose_a.orientation * joint.axis_a;
         Row& row = is_slider ? add(kind, axis, r_a.cross(axis), r_b.cross(axis), 0.0) : add(kind, Vec3::Zero(), axis, axis, 0.0);
         row.gap = drive_position(joint, pose_a, pose_b, joint.memory.position);
-        row.response = (row.inverse_mass_a + row.inverse_mass_b) * row.axis.squaredNorm() + row.arm_a.dot(row.turn_a) +
-                       row.arm_b.dot(row.turn_b);
         of.has_motors = of.has_motors || kind == RowKind::motor;
         of.has_springs = of.has_springs || kind == RowKind::spring;
     }

@@ -121,7 +121,7 @@ private:
         double late = 0.0;     ///< of a spring: 0: mean of both ends, 1: the force at the end of the interval [-]
         double softness = 0.0; ///< of a spring: velocity that a unit of impulse does without [m/s] or [rad/s]
         double most = std::numeric_limits<double>::infinity(); ///< of a motor: its largest impulse
-        double response = 0.0; ///< of springs and motors: velocity that a unit of impulse gives
+        double response = 0.0; ///< of a spring: velocity that a unit of impulse gives, with all joints closed
         bool is_out = false; ///< it takes no part: its impulse stays what it is
 
         bool is_drive() const { return kind == RowKind::spring || kind == RowKind::motor; }
@@ -143,6 +143,7 @@ private:
     };
 
     void find_assemblies(const Bodies& bodies, std::span<const Joint> joints);
+    void find_responses(Assembly& of);
     Assembly& at(int assembly) { return assemblies_[static_cast<std::size_t>(assembly)]; }
     std::span<Row> rows_of(const Assembly& of) { return std::span(rows_).subspan(of.first, of.count); }
     double row_velocity(const Row& row, std::span<const Velocity> velocity) const;

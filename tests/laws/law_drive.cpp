@@ -13,10 +13,13 @@ struct Machine {
     sim::JointKind kind;
     double offset = 0.0; ///< [m]
     double gain = 1e-6;  ///< [-] of energy at most: what turns about its middle is a straight line for the method
+    bool has_trolley = false;
 };
 const Machine wheel{"wheel", sim::JointKind::hinge};
 const Machine cart{"cart", sim::JointKind::slider};
 const Machine rod{"rod", sim::JointKind::hinge, 0.5, 1e-4};
+/// How fast its spring swings is told by the block alone, not by the carriage that holds its other end.
+const Machine block{"block", sim::JointKind::slider, 0.0, 1e-6, true};
 
 /// A rod that turns about the z axis through its end or, with offset 0, its middle; or slides along x: one degree of freedom
 /// without gravity.
@@ -26,6 +29,10 @@ sim::SceneDef driven_scene(Rational h, const Machine& machine) {
     scene.step.tolerance = 1e-6;
     const int frame = add_frame(scene);
     const int body = add_box(scene, {0.5, 0.05, 0.05}, {{machine.offset, 0, 0}, Quat::Identity()});
+    if (machine.has_trolley) {
+        add_trolley(scene, frame);
+        return scene;
+    }
     add_joint(scene, machine.kind, {body, frame}, Vec3::Zero(),
               machine.kind == sim::JointKind::hinge ? Vec3::UnitZ() : Vec3::UnitX());
     return scene;
@@ -51,7 +58,7 @@ double speed_of(const sim::SceneDef& scene, const sim::Snapshot& s) {
 
 /// From rest, 0.7 rad or m away from where the spring rests, for three periods: x = rest (1 - e^(-d t) (cos w t + d/w sin w t)).
 TEST(law_drive, a_spring_swings_with_its_frequency_and_damping) {
-    for (const Machine& machine : {wheel, cart, rod}) {
+    for (const Machine& machine : {wheel, cart, rod, block}) {
         for (const double damping : {0.0, 0.1}) { // of the critical one [-]
             const double rest = 0.7, w0 = 12.0;   // [rad] or [m]; [rad/s]
             const double d = damping * w0, w = std::sqrt(w0 * w0 - d * d);
@@ -82,6 +89,30 @@ TEST(law_drive, a_spring_swings_with_its_frequency_and_damping) {
             EXPECT_LT(gain, machine.gain) << name;
         }
     }
+}
+
+/// Coulomb's friction takes the same from each half of a swing, 2 mu N / k, until what is left does not move the block.
+TEST(law_drive, a_block_on_a_spring_comes_to_rest_where_friction_stops_it) {
+    const double mu = 0.2, rest = 0.7, w0 = 12.0; // [m]; [rad/s]
+    const Convergence c = converge("block on a spring and a floor", "place of rest [m]", 2e-5,
+                                   {microseconds(4000), microseconds(2000), microseconds(1000)}, [&](Rational h) {
+        sim::SceneDef scene = driven_scene(h, block);
+        scene.step.gravity = {0, 0, -g};
+        scene.bodies[1].material = material(0.0, mu);
+        add_plane(scene, Quat::Identity(), material(0.0, mu));
+        scene.bodies.back().pose.position.z() = -0.05;
+        const double mass = inertia_of(scene);
+        scene.joints[0].spring = sim::SpringDef{w0 * w0 * mass, 0.0, rest};
+        const double held = mu * (mass + scene.bodies[2].mass.mass) * g / (w0 * w0 * mass); // [m]
+        double left = rest, side = -1.0;
+        for (; left > held; left -= 2.0 * held) {
+            side = -side;
+        }
+        const sim::Snapshot s = run_to(scene, 7.0); // 23 halves of a swing: 6 s
+        EXPECT_LT(std::abs(speed_of(scene, s)), 1e-5) << h.value();
+        return std::abs(position_of(scene, s) - (rest + side * left));
+    });
+    EXPECT_LT(c.errors.back(), 2e-5);
 }
 
 /// However stiff, at one step: it stays where it was let go and keeps its energy.

@@ -163,6 +163,21 @@ TEST(law_incline, between_the_two_coefficients_rest_stays_and_motion_goes_on) {
     EXPECT_NEAR(along(slope, scene, run_to(scene, t)) / expected, 1.0, 1e-5);
 }
 
+/// Whichever part of a step it stops in.
+TEST(law_incline, sent_up_between_the_two_coefficients_it_stays_where_it_stops) {
+    const Slope slope{std::atan(0.35), 0.4, 0.3};
+    const double a = g * (std::sin(slope.angle) + slope.mu_d * std::cos(slope.angle));
+    double worst = 0.0;
+    for (int part = 0; part < 20; ++part) {
+        const double v0 = 1.0 + 0.05 * part * a * 1e-3;
+        sim::SceneDef scene = block_scene(slope, microseconds(1000), -v0);
+        scene.step.tolerance = sim::StepSettings{}.tolerance;
+        worst = std::max(worst, std::abs(along(slope, scene, run_to(scene, 1.0)) + 0.5 * v0 * v0 / a));
+    }
+    record({"incline, sent up between the two coefficients", "place after 1 s [m]", 1e-3, worst, 1e-5});
+    EXPECT_LT(worst, 1e-5);
+}
+
 /// Dropped flat from `drop` [m] (along the normal) with velocity v0 down the slope. If every impact slides,
 /// the whole friction impulse is mu_d times the whole normal impulse, so the stop time is that of a block
 /// that started on the slope, v0 / a, and the path is longer by mu_d drop.

@@ -83,6 +83,45 @@ TEST(law_kinematic, a_block_on_a_plate_sticks_or_slips_as_coulomb_says) {
     }
 }
 
+/// A belt takes a block on a spring with it until static friction gives way, at mu_s N = k x; it slips back about mu_d N / k, and
+/// sticks again where it is as fast as the belt: by (mu_s - mu_d) N / k on the other side.
+TEST(law_kinematic, a_belt_drags_a_block_on_a_spring_by_stick_and_slip) {
+    const double mu_s = 0.4, mu_d = 0.2, speed = 0.2, w0 = 10.0; // [m/s]; [rad/s]
+    const sim::MaterialDef surface = material(0.0, mu_s, mu_d);
+    const std::vector steps{microseconds(4000), microseconds(2000), microseconds(1000), microseconds(500)};
+    double period = 0.0, exact_period = 0.0; // [s]
+    const Convergence c = converge("block that a belt drags", "turning points [m]", 2e-4, steps, [&](Rational h) {
+        sim::SceneDef scene = law_scene(h);
+        scene.step.tolerance = sim::StepSettings{}.tolerance;
+        add_moved_box(scene, {20, 1, 0.1}, {key(0.0, {0, 0, -0.1}, 0, sim::Easing::linear), key(60.0, {60.0 * speed, 0, -0.1})}, surface);
+        add_box(scene, {0.2, 0.2, 0.1}, {{0, 0, 0.1}, Quat::Identity()}, surface);
+        scene.bodies[1].velocity.x() = speed;
+        const int carriage = add_trolley(scene, add_frame(scene));
+        const double mass = scene.bodies[1].mass.mass, k = w0 * w0 * mass;
+        scene.joints[0].spring = sim::SpringDef{k, 0.0, 0.0};
+        const double per_mu = (mass + scene.bodies[static_cast<std::size_t>(carriage)].mass.mass) * g / k; // [m]
+        const double slip = (mu_s - mu_d) * per_mu, swing = std::hypot(slip, speed / w0);
+        exact_period = 2.0 * (pi - std::atan(slip * w0 / speed)) / w0 + 2.0 * slip / speed;
+        double least = 0.0, most = 0.0, last_turn = 0.0, v_before = 0.0;
+        sim::World world(scene);
+        run(world, scene, 3.0, [&](const sim::Snapshot& s, const sim::StepReport&) {
+            const double x = s.bodies[1].position.x(), v = s.bodies[1].velocity.x();
+            least = std::min(least, x);
+            most = std::max(most, x);
+            if (v_before < 0.0 && v >= 0.0) {
+                const double turn = s.time - h.value() * v / (v - v_before);
+                period = turn - std::exchange(last_turn, turn);
+            }
+            v_before = v;
+            return true;
+        });
+        return std::max(std::abs(least - (mu_d * per_mu - swing)), std::abs(most - (mu_d * per_mu + swing)));
+    });
+    record({"block that a belt drags", "period, relative", 5e-4, std::abs(period / exact_period - 1.0), 2e-3});
+    EXPECT_LT(c.errors.back(), 1e-4); // static friction gives way up to a step late
+    EXPECT_NEAR(period / exact_period, 1.0, 2e-3);
+}
+
 TEST(law_kinematic, a_ball_leaves_a_piston_as_newton_says) {
     for (const double e : {0.0, 0.5, 1.0}) {
         sim::SceneDef scene = law_scene(microseconds(1000));

@@ -107,6 +107,14 @@ void add_joint(sim::SceneDef& scene, sim::JointKind kind, std::pair<int, int> bo
     scene.joints.push_back(joint);
 }
 
+int add_trolley(sim::SceneDef& scene, int frame) {
+    const Vec3 joint = scene.bodies[1].pose.position;
+    const int carriage = add_box(scene, Vec3::Constant(0.05), {joint + Vec3(0, 0, 0.9), Quat::Identity()});
+    add_joint(scene, sim::JointKind::slider, {1, carriage}, joint, Vec3::UnitX());
+    add_joint(scene, sim::JointKind::slider, {carriage, frame}, joint, Vec3::UnitZ());
+    return carriage;
+}
+
 void run(sim::World& world, const sim::SceneDef& scene, double duration, const Visit& visit) {
     const auto steps = std::llround(duration / scene.step.time_step.value());
     for (long long i = 0; i < steps; ++i) {

@@ -50,6 +50,11 @@ int add_frame(sim::SceneDef& scene);
 void add_joint(sim::SceneDef& scene, sim::JointKind kind, std::pair<int, int> bodies, const Vec3& anchor,
                const Vec3& axis = Vec3::UnitY());
 
+/// Holds the other end of a spring that moves body 1 along x by the scene's first joint, and bears nothing: a carriage of 1 kg that
+/// slides up and down on a frame, and this joint, the body's slider on it. Its centre is 0.9 m above the joint, so that alone it would
+/// turn easily. Returns its index.
+int add_trolley(sim::SceneDef& scene, int frame);
+
 /// Called after each step; returning false ends the run.
 using Visit = std::function<bool(const sim::Snapshot&, const sim::StepReport&)>;
 
