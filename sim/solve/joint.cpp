@@ -16,7 +16,7 @@ namespace {
 constexpr double regularisation = 1e-11;
 
 /// A spring is too stiff for the step where this share [-] of the square of its phase in it is near 1: below, what its force
-/// is late by is of third order.
+/// is late by, which brakes it, is of fifth order. A light base that a floor holds counts as free.
 constexpr double stiff_share = 0.25;
 
 } // namespace
@@ -332,7 +332,7 @@ bool JointSolver::target_drive(const Joint& joint, Row& row, double position, do
     const auto& [stiffness, damping, rest] = *joint.spring;
     const double slow = damping * h * row.response;
     const double phase_square = stiff_share * (stiffness * h * h * row.response + slow * slow);
-    row.late = phase_square / (1.0 + phase_square);
+    row.late = phase_square * phase_square / (1.0 + phase_square * phase_square);
     const double end = 1.0 + row.late;
     const double still = position - h * row_velocity; // reached with u = 0
     const double soft = 0.25 * end * stiffness * h * h + 0.5 * damping * h;

@@ -119,6 +119,15 @@ struct SteadyDisk {
     }
 };
 
+sim::SceneDef disk_scene(Rational h, const sim::Cylinder& disk, double tilt) {
+    const SteadyDisk steady(disk, tilt);
+    sim::SceneDef scene = law_scene(h);
+    add_plane(scene, Quat::Identity(), material(0.0, 0.3));
+    add_cylinder(scene, disk, {Vec3(0, 0, steady.height), Quat(Eigen::AngleAxisd(tilt, Vec3::UnitY()))}, material(0.0, 0.3));
+    scene.bodies[1].angular_velocity = steady.w;
+    return scene;
+}
+
 TEST(law_cylinder, eulers_disk_precesses_at_its_rate) {
     const sim::Cylinder disk{0.0375, 0.0064};
     for (const double degrees : {20.0, 10.0, 5.0}) {
@@ -127,12 +136,7 @@ TEST(law_cylinder, eulers_disk_precesses_at_its_rate) {
         // Thin disk: 4 g / (r sin tilt); thickness changes it by a few per cent.
         EXPECT_NEAR(steady.omega, std::sqrt(4.0 * g / (disk.radius * std::sin(tilt))), 0.05 * steady.omega);
         const auto error = [&](Rational h) {
-            sim::SceneDef scene = law_scene(h);
-            add_plane(scene, Quat::Identity(), material(0.0, 0.3));
-            add_cylinder(scene, disk,
-                         {Vec3(0, 0, steady.height), Quat(Eigen::AngleAxisd(tilt, Vec3::UnitY()))},
-                         material(0.0, 0.3));
-            scene.bodies[1].angular_velocity = steady.w;
+            const sim::SceneDef scene = disk_scene(h, disk, tilt);
             // The azimuth of the axis, summed over two turns.
             sim::World world(scene, 1);
             double turned = 0.0, last = 0.0, worst_tilt = 0.0;
@@ -151,6 +155,30 @@ TEST(law_cylinder, eulers_disk_precesses_at_its_rate) {
         converge("Euler's disk, tilt " + std::to_string(static_cast<int>(degrees)) + " degrees",
                  "rate and tilt over two turns, relative", 1e-2, {microseconds(200), microseconds(100)}, error);
         EXPECT_LT(error(microseconds(100)), 1e-2) << degrees;
+    }
+}
+
+/// At the default settings: what touches within the tolerance above the floor beside the lowest point is no impact.
+TEST(law_cylinder, eulers_disk_keeps_its_energy) {
+    const sim::Cylinder disk{0.0375, 0.0064};
+    for (const double degrees : {20.0, 5.0, 2.0, 1.0}) {
+        const double tilt = degrees * pi / 180.0;
+        for (const int us : {1000, 200}) {
+            sim::SceneDef scene = disk_scene(microseconds(us), disk, tilt);
+            scene.step.tolerance = sim::StepSettings{}.tolerance;
+            sim::World world(scene);
+            double start = 0.0, lost = 0.0, worst_tilt = 0.0;
+            run(world, scene, 0.4, [&](const sim::Snapshot& now, const sim::StepReport&) {
+                start = start == 0.0 ? energy(scene, now) : start;
+                lost = 1.0 - energy(scene, now) / start;
+                worst_tilt = std::max(worst_tilt, std::abs(std::acos((now.bodies[1].orientation * Vec3::UnitZ()).z()) / tilt - 1.0));
+                return true;
+            });
+            record({"Euler's disk, tilt " + std::to_string(static_cast<int>(degrees)) + " degrees, default settings",
+                    "energy lost in 0.4 s, relative", 1e-6 * us, std::abs(lost), 1e-4});
+            EXPECT_LT(std::abs(lost), 1e-4) << degrees << " " << us;
+            EXPECT_LT(worst_tilt, 1e-2) << degrees << " " << us;
+        }
     }
 }
 

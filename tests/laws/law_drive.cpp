@@ -115,6 +115,28 @@ TEST(law_drive, a_block_on_a_spring_comes_to_rest_where_friction_stops_it) {
     EXPECT_LT(c.errors.back(), 2e-5);
 }
 
+/// A base a hundred times lighter than its load, which would swing by itself at 0.3 rad a step if the floor did not hold it.
+TEST(law_drive, a_load_on_a_light_base_that_stands_goes_on_swinging) {
+    sim::SceneDef scene = law_scene(microseconds(1000));
+    scene.step.tolerance = sim::StepSettings{}.tolerance;
+    const sim::MaterialDef surface = material(0.0, 0.5);
+    add_plane(scene, Quat::Identity(), surface);
+    const int load = add_box(scene, Vec3::Constant(0.1), {{0, 0, 0.5}, Quat::Identity()}, surface, 1250.0); // 10 kg
+    const int base = add_box(scene, {0.1, 0.1, 0.05}, {{0, 0, 0.05}, Quat::Identity()}, surface, 25.0);   // 0.1 kg
+    add_joint(scene, sim::JointKind::slider, {load, base}, {0, 0, 0.5}, Vec3::UnitZ());
+    scene.joints[0].spring = sim::SpringDef{1e4, 0.0, 10.0 * g / 1e4};
+    const double speed = 0.1; // [m/s]
+    scene.bodies[static_cast<std::size_t>(load)].velocity.z() = speed;
+    double fastest = 0.0; // [m/s] in the last second
+    sim::World world(scene);
+    run(world, scene, 20.0, [&](const sim::Snapshot& s, const sim::StepReport&) {
+        fastest = s.time > 19.0 ? std::max(fastest, s.bodies[static_cast<std::size_t>(load)].velocity.z()) : 0.0;
+        return true;
+    });
+    record({"load on a light base that stands", "amplitude lost in 20 s, relative", 1e-3, 1.0 - fastest / speed, 1e-2});
+    EXPECT_NEAR(fastest / speed, 1.0, 1e-2);
+}
+
 /// However stiff, at one step: it stays where it was let go and keeps its energy.
 TEST(law_drive, a_spring_is_stable_at_any_stiffness) {
     for (const Machine& machine : {wheel, cart}) {

@@ -19,7 +19,7 @@ parts='60|friction|bouncing_ball|friction
 60|friction, in batches|tower lattice.box.count=[9,9,1] lattice.box.spacing=[2,2,2] body.floor.friction=0 lattice.box.body.friction=0|block/friction
 60|energy of collisions|tower|keep_energy energy_owed energy_by
 60|joints|sliding_block|solve/joint drive_work energy_in_springs
-60|springs and motors|pendulum_chain|drive_position target_drive keep_limits spring_energy
+60|springs and motors|pendulum_chain|drive_position target_drive keep_limits spring_energy find_responses
 60|kinematic bodies|tower|model/motion model/key_curve kinematic_velocity work_by work_of_pass
 60|search for impacts|tower|is_impact[(] stop_at_impact[(] plan_until_impact[(] .time_of_impact[(]
 60|hulls, cylinders, capsules|tower|collide/convex collide/separating_direction collide/ccd_bridge model/polytope
