@@ -216,12 +216,6 @@ TEST(law_random_scenes, a_plan_that_falls_short_throws_nothing) {
     judge(4289, 4289, 1, 60.0);
 }
 
-/// A splinter of 41 milligrams is planned to turn by half a turn within a step: how its edges cross there tells nothing of where
-/// they face each other as it begins.
-TEST(law_random_scenes, what_would_turn_far_is_not_thrown) {
-    judge(334, 334, 0, 30.0);
-}
-
 /// What an impact turns touches elsewhere as the step ends than as it began: what is asked of it there would give 0.03 of all energy.
 TEST(law_random_scenes, what_an_impact_turns_gives_no_energy) {
     judge(847, 847, 0, 40.0);
@@ -230,11 +224,6 @@ TEST(law_random_scenes, what_an_impact_turns_gives_no_energy) {
 /// What wedges a row lies at contacts that bore nothing before: half of what the others take up is told of no instant.
 TEST(law_random_scenes, what_is_told_of_a_jam_has_no_energy_of_its_own) {
     judge(1352, 1352, 0);
-}
-
-/// Of a pair that overlaps by the tolerance, another feature that overlaps by more is found within an interval of nanoseconds.
-TEST(law_random_scenes, what_overlaps_parts_no_faster_in_a_short_interval) {
-    judge(956, 956, 0, 300.0);
 }
 
 /// What is found again in each round takes all the work that a step may, and leaves it three tolerances deep.
@@ -289,15 +278,18 @@ TEST(law_random_scenes, joints_of_jammed_chains_are_told_to_stay_closed) {
     EXPECT_LT(fastest, 0.01); // poses keep them within 1e-9 m
 }
 
-/// A chain jams, and one step does not converge: it would be thrown with a joint 0.2 m open, closed in the next step.
+/// A chain in a heap that is given far too few sweeps: what they leave would give it 1.6e-3 of all energy.
 TEST(law_random_scenes, a_plan_that_falls_short_throws_nothing_among_joints) {
-    const sim::SceneDef scene = sim::parse_scene(Generator(16922).scene(), "random.toml");
+    sim::SceneDef scene = sim::parse_scene(Generator(178).scene(), "random.toml");
+    scene.step.iteration_limit = 20;
     sim::World world(scene);
+    int unconverged = 0; // steps
     while (world.time() < 1.5) {
         const sim::StepReport report = world.step();
+        unconverged += report.at_iteration_limit ? 1 : 0;
         EXPECT_LE(report.energy_gain, sim::energy_gain_allowed);
-        EXPECT_LE(report.joint_gap, 0.01);
     }
+    EXPECT_GT(unconverged, 100);
 }
 
 TEST(law_random_scenes, DISABLED_most_of_four_hundred_converge_and_none_gains_energy) {
