@@ -30,27 +30,31 @@ bool wanders(const ContactFeature& feature, const ContactGeometry& at, const Vec
     }
 }
 
-/// What a body's surface moves [m] where it touches, while the point of contact wanders over it: the body's mean
-/// motion at the mean arm. from, to: poses at both ends of the interval; touch: points of contact there.
-Vec3 rolled(const Pose& from, const Pose& to, const Vec3& touch_from, const Vec3& touch_to) {
-    const Quat turn = to.orientation * from.orientation.conjugate();
-    const double sine = turn.vec().norm(); // of half the angle
-    const Vec3 angle = sine > 0.0 ? Vec3(turn.vec() * (2.0 * std::atan(sine / turn.w()) / sine)) : Vec3(Vec3::Zero());
-    const Vec3 arm = 0.5 * (touch_from - from.position + touch_to - to.position);
-    return to.position - from.position + angle.cross(arm);
-}
+/// How a body moves over the interval.
+struct BodyMotion {
+    const Pose& from;
+    const Pose& to; ///< predicted
+    PlacedBody placed;  ///< the same
+    Vec3 turn;      ///< [rad] about its axis; of a ball that spins fast more than once round
 
-/// The motion of a pair over the interval.
-struct Interval {
-    double h = 0.0;  ///< [s]
-    Vec3 fall;       ///< [m/s^2] gravity of a relative to b
-    double size = 0; ///< [m] of the smaller body
-    const Pose& from_a;
-    const Pose& from_b;
-    const Pose& to_a; ///< predicted
-    const Pose& to_b;
-    PlacedBody placed_a; ///< the same
-    PlacedBody placed_b;
+    BodyMotion(const BodyProps& props, const Pose& begin, const Pose& end, const Vec3& turn_of_ball)
+        : from(begin), to(end), placed(end), turn(turn_of_ball) {
+        if (props.is_static() || props.inertia_kind != InertiaKind::spherical) {
+            const Quat between = to.orientation * from.orientation.conjugate();
+            const double sine = between.vec().norm(); // of half the angle
+            turn = sine > 0.0 ? Vec3(between.vec() * (2.0 * std::atan(sine / between.w()) / sine)) : Vec3(Vec3::Zero());
+        }
+    }
+
+    /// Where a point of the body is at the end that was there at the start.
+    Vec3 moved(const Vec3& point) const { return placed * (from.orientation.conjugate() * (point - from.position)); }
+
+    /// What its surface moves [m] where it touches, while the point of contact wanders over it: the body's mean motion at the mean
+    /// arm. touch: points of contact at both ends.
+    Vec3 rolled(const Vec3& touch_from, const Vec3& touch_to) const {
+        const Vec3 arm = 0.5 * (touch_from - from.position + touch_to - to.position);
+        return to.position - from.position + turn.cross(arm);
+    }
 };
 
 struct Displacement {
@@ -59,32 +63,28 @@ struct Displacement {
     bool has_wandered = false; ///< the touch, too far
 };
 
-/// What the interval does to a contact. frame: the block's t_1, t_2, n; u_t: its tangential velocity after the impulses [m/s];
-/// has_wandered: the touch, by the poses that were predicted before.
-Displacement displacement(const Interval& of, const FoundContact& contact, const Mat3& frame, const Vec2& u_t, bool has_wandered) {
+/// What the interval does to a contact. size [m]: of the smaller body; frame: the block's t_1, t_2, n; has_wandered: the touch, by the
+/// poses that were predicted before.
+Displacement displacement(const BodyMotion& a, const BodyMotion& b, double size, const FoundContact& contact, const Mat3& frame,
+                          bool has_wandered) {
     const Eigen::Matrix<double, 3, 2> tangents = frame.leftCols<2>();
     const Vec3 n = frame.col(2);
     const ContactGeometry& start = contact.at;
     const ContactFeature& feature = contact.feature;
-    const ContactGeometry at = contact_geometry(feature, of.placed_a, of.placed_b);
-    // A point fixed to a turning ball leaves the surface: rolling is measured by the velocity at mid-step.
-    const auto rolling = [&] { return Vec2(of.h * (u_t + tangents.transpose() * (0.5 * of.h * of.fall))); };
-    const bool is_ball = is_curved(feature) && !is_rim(feature.kind);
-    if (is_ball && feature.kind != FeatureKind::edges) {
-        return {at.gap, rolling()};
+    const ContactGeometry at = contact_geometry(feature, a.placed, b.placed);
+    const auto rolled = [&](const Vec3& end_a, const Vec3& end_b) {
+        return Vec2(tangents.transpose() * (a.rolled(start.a, end_a) - b.rolled(start.b(), end_b)));
+    };
+    if (is_curved(feature) && !is_rim(feature.kind) && feature.kind != FeatureKind::edges) {
+        return {at.gap, rolled(at.a, at.b())}; // a point fixed to a turning ball leaves the surface
     }
-    const Vec3 point_a = of.placed_a * (of.from_a.orientation.conjugate() * (start.a - of.from_a.position));
-    const Vec3 point_b = of.placed_b * (of.from_b.orientation.conjugate() * (start.b() - of.from_b.position));
+    const Vec3 point_a = a.moved(start.a);
+    const Vec3 point_b = b.moved(start.b());
     const Vec3 d = point_a - point_b;
-    const bool is_left = has_wandered || wanders(feature, at, point_a, point_b, of.size);
+    const bool is_left = has_wandered || wanders(feature, at, point_a, point_b, size);
     const double gap = is_left ? n.dot(d) : at.gap;
-    if (is_ball) {
-        return {gap, rolling(), is_left};
-    }
-    if (is_rim(feature.kind)) {
-        const Vec3 moved_a = rolled(of.from_a, of.to_a, start.a, is_left ? point_a : at.a);
-        const Vec3 moved_b = rolled(of.from_b, of.to_b, start.b(), is_left ? point_b : at.b());
-        return {gap, tangents.transpose() * (moved_a - moved_b), is_left};
+    if (is_curved(feature)) {
+        return {gap, is_left ? rolled(point_a, point_b) : rolled(at.a, at.b()), is_left};
     }
     const Vec3& across = is_left ? n : at.n;
     return {gap, tangents.transpose() * (d - d.dot(across) * across), is_left};
@@ -124,15 +124,9 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
     const auto a = static_cast<std::size_t>(block.a);
     const auto b = static_cast<std::size_t>(block.b);
     const Manifold& manifold = pairs[static_cast<std::size_t>(block.pair)].manifold;
-    const Interval interval{.h = to.h,
-                            .fall = relative_gravity(bodies, manifold, settings),
-                            .size = std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius),
-                            .from_a = bodies.pose[a],
-                            .from_b = bodies.pose[b],
-                            .to_a = to.pose[a],
-                            .to_b = to.pose[b],
-                            .placed_a = PlacedBody(to.pose[a]),
-                            .placed_b = PlacedBody(to.pose[b])};
+    const BodyMotion of_a(bodies.props[a], bodies.pose[a], to.pose[a], to.h * to.velocity[a].w);
+    const BodyMotion of_b(bodies.props[b], bodies.pose[b], to.pose[b], to.h * to.velocity[b].w);
+    const double size = std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
     const Vec6 twist = frame.relative_twist(to.velocity);
     double worst = 0.0;
     for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
@@ -141,8 +135,8 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
         const LanePoint point(in_lanes, lane);
         const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k];
         const Displacement moved =
-            displacement(interval, manifold.found(contact, interval.from_a, interval.from_b), frame.frame,
-                         point.tangential_velocity(twist), (in_lanes.wandered >> lane & 1u) != 0);
+            displacement(of_a, of_b, size, manifold.found(contact, of_a.from, of_b.from), frame.frame,
+                         (in_lanes.wandered >> lane & 1u) != 0);
         in_lanes.wandered |= static_cast<unsigned>(moved.has_wandered) << lane;
         const double missing = contacts.rest_points[at].gap_target.x[lane] - moved.gap;
         in_lanes.u_n_target.x[lane] = point.normal_velocity(twist) + missing / to.h;

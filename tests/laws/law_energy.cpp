@@ -48,31 +48,33 @@ TEST(law_energy, what_lands_on_a_spring_gains_none_at_neighbouring_steps) {
     }
 }
 
-/// A body that rolls on a ball with its centre of mass off the ball's gains at long steps: the run says how much. Here it is
-/// computed anew from positions and velocities.
+/// A body that rolls on a ball with its centre of mass off the ball's gains at long steps only, and then the run says how much. Here it
+/// is computed anew from positions and velocities.
 TEST(law_energy, what_a_rolling_top_gains_at_long_steps_is_told) {
-    sim::SceneDef scene = film("tippe_top");
-    scene.step.time_step = microseconds(2000);
-    for (sim::BodyDef& body : scene.bodies) {
-        if (!body.is_static()) {
-            body.velocity = Vec3(0.3, 0, 0);
-            body.angular_velocity = Vec3(0, 20, 0);
+    for (const int milliseconds : {2, 8}) {
+        sim::SceneDef scene = film("tippe_top");
+        scene.step.time_step = microseconds(1000 * milliseconds);
+        for (sim::BodyDef& body : scene.bodies) {
+            if (!body.is_static()) {
+                body.velocity = Vec3(0.3, 0, 0);
+                body.angular_velocity = Vec3(0, 20, 0);
+            }
         }
+        sim::World world(scene);
+        const double start = energy(scene, world.take_snapshot());
+        double lowest = start, told = 0.0, gained = 0.0;
+        run(world, scene, 60.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+            lowest = std::min(lowest, energy(scene, s));
+            gained = std::max(gained, energy(scene, s) - lowest);
+            told = std::max(told, report.energy_gain);
+            return true;
+        });
+        record({"a top rolls", "gain of energy in 60 s [-]", 1e-3 * milliseconds, told, milliseconds == 2 ? largest_gain : no_value});
+        const double kinetic = 0.5 * scene.bodies[1].mass.mass * 0.3 * 0.3; // and about as much by its rotation
+        EXPECT_LT(told, gained / kinetic) << milliseconds;
+        EXPECT_GT(told, 0.3 * gained / kinetic) << milliseconds;
+        EXPECT_EQ(told > largest_gain, milliseconds > 2) << milliseconds;
     }
-    sim::World world(scene);
-    const double start = energy(scene, world.take_snapshot());
-    double lowest = start, told = 0.0, gained = 0.0;
-    run(world, scene, 60.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
-        lowest = std::min(lowest, energy(scene, s));
-        gained = std::max(gained, energy(scene, s) - lowest);
-        told = std::max(told, report.energy_gain);
-        return true;
-    });
-    record({"a top rolls", "gain of energy in 60 s [-]", 2e-3, told, no_value});
-    EXPECT_GT(told, largest_gain);
-    const double kinetic = 0.5 * scene.bodies[1].mass.mass * 0.3 * 0.3; // and about as much by its rotation
-    EXPECT_LT(told, gained / kinetic);
-    EXPECT_GT(told, 0.3 * gained / kinetic);
 }
 
 /// Steps far too long with far too few sweeps leave overlaps, but throw nothing: what a solve has left is neither taken for a

@@ -143,6 +143,27 @@ TEST(law_kinematic, a_ball_leaves_a_piston_as_newton_says) {
     }
 }
 
+/// A ball that rolls on a turntable goes round in a circle that closes, at 2/7 of the table's rate (Earnshaw 1844).
+TEST(law_kinematic, a_ball_on_a_turntable_comes_back) {
+    const double rate = 2.0 * pi, radius = 0.05, speed = 0.3, from = 0.5; // [rad/s], [m], [m/s], [m] from the axis
+    const std::vector steps{microseconds(4000), microseconds(2000), microseconds(1000)};
+    const Convergence c = converge("ball on a turntable", "place and speed after two circles [m], [m/s]", 1e-5, steps, [&](Rational h) {
+        sim::SceneDef scene = law_scene(h);
+        scene.step.tolerance = sim::StepSettings{}.tolerance;
+        const sim::MaterialDef surface = material(0.0, 0.8);
+        add_moved_box(scene, {2, 2, 0.1}, {key(0.0, {0, 0, -0.1}, 0.0, sim::Easing::linear), key(20.0, {0, 0, -0.1}, 20.0 * rate)},
+                      surface);
+        const int ball = add_sphere(scene, radius, {from, 0, radius}, surface);
+        sim::BodyDef& body = scene.bodies[static_cast<std::size_t>(ball)];
+        body.velocity = {speed, 0, 0};
+        body.angular_velocity = {rate * from / radius, speed / radius, 0}; // the touch moves as the table does there
+        const sim::BodySnapshot end = run_to(scene, 2.0 * 2.0 * pi / (2.0 / 7.0 * rate)).bodies[static_cast<std::size_t>(ball)];
+        return std::max((end.position - Vec3(from, 0, radius)).norm(), (end.velocity - Vec3(speed, 0, 0)).norm());
+    });
+    EXPECT_LT(c.errors.back(), 1e-5);
+    EXPECT_TRUE(c.is_second_order(1e-9)) << "order " << c.order();
+}
+
 /// The block takes the turntable's speed with it where friction gives its centripetal force, and not where it does not.
 TEST(law_kinematic, a_turntable_carries_a_block_round) {
     const auto slip = [](Rational h, double mu) {
