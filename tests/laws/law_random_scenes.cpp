@@ -221,11 +221,6 @@ TEST(law_random_scenes, what_is_told_of_a_jam_has_no_energy_of_its_own) {
     judge(1352, 1352, 0);
 }
 
-/// What is found again in each round takes all the work that a step may, and leaves it three tolerances deep.
-TEST(law_random_scenes, what_repair_does_not_lessen_is_not_repaired_again) {
-    judge(2665, 2665, 0, 60.0);
-}
-
 /// A capsule that a ball presses to the floor: what holds the two apart ahead of their impact takes 4483 J, and the floor, which
 /// throws the capsule against the ball, gives 2200 J of them.
 TEST(law_random_scenes, an_impact_gives_back_no_more_than_was_lost) {
