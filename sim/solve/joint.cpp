@@ -63,8 +63,8 @@ void JointSolver::prepare(const Bodies& bodies, std::span<const Joint> joints) {
     }
 }
 
-/// Of springs, with what the joints leave of them: how fast one swings is not told by bodies that others hold. They take no part in
-/// the factor then.
+/// Of springs, with what the joints leave of bodies: how fast one swings is not told by bodies that others hold. Springs take no part in
+/// the factor then. Of all of them as a scene begins, then of one in each interval, the oldest: they change as bodies turn.
 void JointSolver::find_responses(Assembly& of) {
     take_out_drives(of, true);
     if (!of.is_factored) {
@@ -72,14 +72,23 @@ void JointSolver::find_responses(Assembly& of) {
     }
     Factor& f = *of.factor;
     const std::span<Row> rows = rows_of(of);
-    for (Row& spring : rows) {
-        if (spring.kind != RowKind::spring) {
-            continue;
-        }
+    const auto find = [&](Row& spring) {
         for (std::size_t i = 0; i < rows.size(); ++i) {
             f.right_side[static_cast<Eigen::Index>(i)] = rows[i].is_out ? 0.0 : coupling(rows[i], spring).value_or(0.0);
         }
         spring.response = std::max(*coupling(spring, spring) - f.right_side.dot(f.ldlt.solve(f.right_side)), 0.0);
+        spring.age = 0;
+    };
+    Row* oldest = nullptr;
+    for (Row& row : rows) {
+        if (row.kind == RowKind::spring && row.response < 0.0) {
+            find(row);
+        } else if (row.kind == RowKind::spring && (oldest == nullptr || row.age > oldest->age)) {
+            oldest = &row;
+        }
+    }
+    if (oldest != nullptr) {
+        find(*oldest);
     }
 }
 
@@ -180,6 +189,8 @@ void JointSolver::add_rows(const Bodies& bodies, const Joint& joint, int index, 
         const Vec3 axis = is_slider ? pose_b.orientation * joint.axis_b : pose_a.orientation * joint.axis_a;
         Row& row = is_slider ? add(kind, axis, r_a.cross(axis), r_b.cross(axis), 0.0) : add(kind, Vec3::Zero(), axis, axis, 0.0);
         row.gap = drive_position(joint, pose_a, pose_b, joint.memory.position);
+        row.response = joint.memory.response;
+        row.age = joint.memory.age;
         of.has_motors = of.has_motors || kind == RowKind::motor;
         of.has_springs = of.has_springs || kind == RowKind::spring;
     }
@@ -480,6 +491,8 @@ void JointSolver::store(std::span<Joint> joints, std::span<const double> weight)
         JointMemory& memory = joints[static_cast<std::size_t>(row.joint)].memory;
         if (row.kind == RowKind::spring) {
             memory.spring_owed = (row.sum - row.before) * (1.0 - row.late) / (1.0 + row.late);
+            memory.response = row.response;
+            memory.age = row.age + 1;
         } else if (row.kind == RowKind::motor) {
             memory.motor_owed = (1.0 - weight[static_cast<std::size_t>(row.joint)]) * row.sum;
         }
