@@ -35,9 +35,9 @@ constexpr double same_place = 1e-3;
 /// Well apart: by this share [-] of both bodies' sizes.
 constexpr double well_apart = 1e-3;
 
-/// A cylinder that leans by more [-] (sine) rolls on its rim: the fixed points beside the lowest one, which it reaches without a speed,
-/// would hold or hit the ground within the tolerance above it (`law_cylinder.eulers_disk_keeps...`). At flat_end they would go and
-/// come in each step of a stack (`law_stack.cylinders_turned...`), at 1e-5 they do not.
+/// A cylinder that leans by more [-] (sine) rolls on the lowest point of its rim. The fixed points beside that are left out: they reach
+/// the ground without a speed, but would hit it within the tolerance above it (`law_cylinder.eulers_disk_keeps...`). As small as
+/// flat_end, they would go and come in each step of a stack (`law_stack.cylinders_turned...`); at 1e-5 they do not.
 constexpr double rolling_lean = 1e-3;
 
 using Kind = CoreFeature::Kind;

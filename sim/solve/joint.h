@@ -122,7 +122,7 @@ private:
         double softness = 0.0; ///< of a spring: velocity that a unit of impulse does without [m/s] or [rad/s]
         double most = std::numeric_limits<double>::infinity(); ///< of a motor: its largest impulse
         double response = 0.0; ///< of a spring: velocity that a unit of impulse gives, with all joints closed
-        int age = 0;           ///< of that, in intervals
+        std::int64_t age = 0;  ///< of that, in intervals
         bool is_out = false; ///< it takes no part: its impulse stays what it is
 
         bool is_drive() const { return kind == RowKind::spring || kind == RowKind::motor; }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 namespace sim {
@@ -15,7 +16,7 @@ struct JointMemory {
     double spring_owed = 0.0;   ///< [N s] or [N m s] of the spring's impulse that acts at the end of the interval
     double motor_owed = 0.0;    ///< the same of the motor's
     double response = -1.0;     ///< of the spring: see JointSolver::find_responses(); not known yet
-    int age = 0;                ///< intervals since that was found
+    std::int64_t age = 0;       ///< intervals since that was found
 };
 
 /// A joint in body frames.
