@@ -48,6 +48,7 @@ void Repair::begin(double interval, bool stops_at_impacts) {
     interval_ = interval;
     stops_at_impacts_ = stops_at_impacts;
     is_first_ = true;
+    overlapping_.clear();
 }
 
 /// Is this pair, which will overlap, an impact that is waited for?
@@ -76,6 +77,7 @@ bool Repair::verify() {
     search_.distances.check(search_.candidates, solver_.predicted(), settings_.tolerance, std::exchange(is_first_, false));
     verified_penetration = 0.0;
     meeting_.clear();
+    std::swap(before_, overlapping_);
     overlapping_.clear();
     pressed.reset();
     for (const Candidate& candidate : search_.candidates.all()) {
@@ -94,16 +96,23 @@ bool Repair::verify() {
         } else if (depth <= std::max(before, settings_.tolerance) + solver_.given_way(static_cast<int>(index))) {
             pressed = {.a = candidate.bodies.a, .b = candidate.bodies.b, .error = depth, .is_pressed = true};
         } else {
-            overlapping_.push_back(candidate.bodies);
+            overlapping_.push_back({candidate.bodies, depth});
         }
     }
     return meeting_.empty() && overlapping_.empty();
 }
 
 bool Repair::repair(std::span<const Velocity> at_node) {
+    const auto is_no_less = [&](const Overlap& overlap) {
+        const auto found = std::ranges::find(before_, overlap.bodies, &Overlap::bodies);
+        return found != before_.end() && overlap.depth >= found->depth;
+    };
+    if (std::ranges::any_of(overlapping_, is_no_less)) {
+        return false; // its contacts have been there already, or take turns: only a shorter interval helps
+    }
     std::vector<int> changed; // pairs whose contacts go into the solve
     std::vector<int> added;
-    for (const BodyPair& pair : overlapping_) {
+    for (const auto& [pair, depth] : overlapping_) {
         const std::size_t index = search_.index_of(pair);
         const bool is_known = index < search_.pairs.size();
         std::vector<FoundContact> contacts = contacts_of(pair);

@@ -27,7 +27,8 @@ public:
     /// Are there no pairs that would overlap by more than the tolerance at the planned poses?
     bool verify();
     /// Gives those that are not left to overlap_time() the contacts found there. at_node [body_count]: see RestingContacts::add.
-    /// Returns false if there are none; else the impulses of others are those of another solve, and it is to be solved again.
+    /// Returns false if there are none, or the last round did not lessen the overlap of one; else the impulses of others are those of
+    /// another solve, and it is to be solved again.
     bool repair(std::span<const Velocity> at_node);
 
     double verified_penetration = 0.0; ///< [m] at the planned poses
@@ -37,6 +38,11 @@ public:
     std::optional<double> overlap_time() const;
 
 private:
+    struct Overlap {
+        BodyPair bodies;
+        double depth = 0.0; ///< [m]
+    };
+
     bool is_left(const BodyPair& pair) const;
     std::vector<FoundContact> contacts_of(const BodyPair& pair) const;
 
@@ -48,7 +54,8 @@ private:
     bool stops_at_impacts_ = false;
     bool is_first_ = true;              ///< round of this plan
     std::vector<BodyPair> meeting_;     ///< apart now, overlapping at the planned poses
-    std::vector<BodyPair> overlapping_; ///< there, others
+    std::vector<Overlap> overlapping_;  ///< there, others
+    std::vector<Overlap> before_;       ///< as the round before left them
 };
 
 } // namespace sim
