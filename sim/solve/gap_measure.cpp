@@ -34,11 +34,12 @@ bool wanders(const ContactFeature& feature, const ContactGeometry& at, const Vec
 struct BodyMotion {
     const Pose& from;
     const Pose& to; ///< predicted
-    PlacedBody placed;  ///< the same
-    Vec3 turn;      ///< [rad] about its axis; of a ball that spins fast more than once round
+    PlacedBody placed; ///< the same
+    Vec3 turn;         ///< [rad] about its axis; of a ball that spins fast more than once round
+    double size;       ///< [m] of the body
 
     BodyMotion(const BodyProps& props, const Pose& begin, const Pose& end, const Vec3& turn_of_ball)
-        : from(begin), to(end), placed(end), turn(turn_of_ball) {
+        : from(begin), to(end), placed(end), turn(turn_of_ball), size(props.bounding_radius) {
         if (props.is_static() || props.inertia_kind != InertiaKind::spherical) {
             const Quat between = to.orientation * from.orientation.conjugate();
             const double sine = between.vec().norm(); // of half the angle
@@ -63,9 +64,9 @@ struct Displacement {
     bool has_wandered = false; ///< the touch, too far
 };
 
-/// What the interval does to a contact. size [m]: of the smaller body; frame: the block's t_1, t_2, n; has_wandered: the touch, by the
-/// poses that were predicted before.
-Displacement displacement(const BodyMotion& a, const BodyMotion& b, double size, const FoundContact& contact, const Mat3& frame,
+/// What the interval does to a contact. frame: the block's t_1, t_2, n; has_wandered: the touch, by the poses that were predicted
+/// before.
+Displacement displacement(const BodyMotion& a, const BodyMotion& b, const FoundContact& contact, const Mat3& frame,
                           bool has_wandered) {
     const Eigen::Matrix<double, 3, 2> tangents = frame.leftCols<2>();
     const Vec3 n = frame.col(2);
@@ -81,7 +82,7 @@ Displacement displacement(const BodyMotion& a, const BodyMotion& b, double size,
     const Vec3 point_a = a.moved(start.a);
     const Vec3 point_b = b.moved(start.b());
     const Vec3 d = point_a - point_b;
-    const bool is_left = has_wandered || wanders(feature, at, point_a, point_b, size);
+    const bool is_left = has_wandered || wanders(feature, at, point_a, point_b, std::min(a.size, b.size));
     const double gap = is_left ? n.dot(d) : at.gap;
     if (is_curved(feature)) {
         return {gap, is_left ? rolled(point_a, point_b) : rolled(at.a, at.b()), is_left};
@@ -126,7 +127,6 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
     const Manifold& manifold = pairs[static_cast<std::size_t>(block.pair)].manifold;
     const BodyMotion of_a(bodies.props[a], bodies.pose[a], to.pose[a], to.h * to.velocity[a].w);
     const BodyMotion of_b(bodies.props[b], bodies.pose[b], to.pose[b], to.h * to.velocity[b].w);
-    const double size = std::min(bodies.props[a].bounding_radius, bodies.props[b].bounding_radius);
     const Vec6 twist = frame.relative_twist(to.velocity);
     double worst = 0.0;
     for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
@@ -135,7 +135,7 @@ double GapMeasure::measure_lane(const BlockBatch& batch, std::size_t lane) const
         const LanePoint point(in_lanes, lane);
         const Contact& contact = *loop.contacts[static_cast<std::size_t>(block.first) + k];
         const Displacement moved =
-            displacement(of_a, of_b, size, manifold.found(contact, of_a.from, of_b.from), frame.frame,
+            displacement(of_a, of_b, manifold.found(contact, of_a.from, of_b.from), frame.frame,
                          (in_lanes.wandered >> lane & 1u) != 0);
         in_lanes.wandered |= static_cast<unsigned>(moved.has_wandered) << lane;
         const double missing = contacts.rest_points[at].gap_target.x[lane] - moved.gap;
