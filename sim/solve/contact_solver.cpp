@@ -229,7 +229,7 @@ void ContactSolver::solve_group(const Bodies& bodies, const std::vector<PairCont
     }
     ContactSolveReport& report = group.report;
     report = {};
-    const GapMeasure gaps{bodies, pairs, settings_, to_, contacts};
+    const GapMeasure gaps{bodies, pairs, to_, contacts};
     to_.update(bodies, group.bodies, workers);
     const double gap_tolerance = part_of(settings_.tolerance);
     const double joint_tolerance = part_of(settings_.joint_tolerance);

@@ -1,8 +1,5 @@
 #include "sim/solve/gap_measure.h"
 
-#include "sim/model/integrate.h"
-#include "sim/solve/time_of_impact.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>

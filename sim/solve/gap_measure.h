@@ -7,7 +7,6 @@ namespace sim {
 struct GapMeasure {
     const Bodies& bodies;
     const std::vector<PairContacts>& pairs;
-    const StepSettings& settings;
     Prediction& to;
     RestingContacts& contacts;
 
