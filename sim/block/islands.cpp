@@ -166,12 +166,11 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
         if (!island.is_served) {
             continue;
         }
-        island.is_extrapolated = false;
         island.change = change;
         island.waited = wait.whole;
         set_wait(island, 0.0);
-        const auto most = static_cast<int>(std::min(affordable, double{most_rounds}));
-        island.rounds = newton_.step(*this, island, *bodies_, velocity, most);
+        const auto rounds = static_cast<int>(std::min(affordable, double{newton_rounds}));
+        island.is_extrapolated = !newton_.step(*this, island, *bodies_, velocity, {.rounds = rounds, .least = skip});
         newton_cost_ += island.rounds * cost;
         for (const int i : island.blocks) {
             const Block& block = blocks[static_cast<std::size_t>(i)];

@@ -331,26 +331,37 @@ LanePoint IslandNewton::found_at(const Active& active, const LanePoint& at) cons
     return found;
 }
 
-/// Gives each loaded point of a block the impulses that `next` finds for it, and its bodies what that changes.
-template <typename F>
-void IslandNewton::change_points(Blocks& loop, const Active& active, std::span<const BodyRows> rows,
-                                 std::span<Velocity> velocity, const F& next) {
+/// Gives the loaded points of a block the impulses found, and its bodies what that changes. Points that would pull (eq. 2, 3) leave
+/// the set, and carry nothing; those whose friction would exceed its limit (eq. 6) bear that, and their block slides. Returns whether
+/// there are any.
+bool IslandNewton::take_found(Blocks& loop, const Active& active, std::span<const BodyRows> rows,
+                              std::span<Velocity> velocity) const {
     const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
     BlockBatch& batch = loop.batch_of(block);
     const std::size_t lane = Blocks::lane_of(block);
+    const double mu = batch.mu.x[lane];
+    bool any = false;
     Vec6 wrench = Vec6::Zero();
     for (BatchPoint& point : loop.points_of(batch)) {
         const LanePoint at(point, lane);
         if (!(at.p_n > 0.0)) {
             continue;
         }
-        LanePoint change = next(at);
-        point.p_n.x[lane] = change.p_n;
-        point.p_t[0].x[lane] = change.p_t.x();
-        point.p_t[1].x[lane] = change.p_t.y();
-        change.p_n -= at.p_n;
-        change.p_t -= at.p_t;
-        wrench += change.wrench();
+        LanePoint found = found_at(active, at);
+        if (found.p_n < 0.0) {
+            found.p_n = 0.0;
+            found.p_t.setZero();
+            any = true;
+        } else if (active.friction_rows > 0 && found.p_t.norm() > mu * found.p_n) {
+            found.p_t *= mu * found.p_n / found.p_t.norm();
+            any = true;
+        }
+        point.p_n.x[lane] = found.p_n;
+        point.p_t[0].x[lane] = found.p_t.x();
+        point.p_t[1].x[lane] = found.p_t.y();
+        found.p_n -= at.p_n;
+        found.p_t -= at.p_t;
+        wrench += found.wrench();
     }
     const LaneFrame frame(batch, lane);
     const Vec3 p = frame.frame * wrench.head<3>();
@@ -365,31 +376,68 @@ void IslandNewton::change_points(Blocks& loop, const Active& active, std::span<c
     };
     push(block.a, frame.r_a, 1.0);
     push(block.b, frame.r_b, -1.0);
+    return any;
 }
 
-/// Points that would pull (eq. 2, 3) carry nothing any more, and those whose friction would exceed its limit (eq. 6) bear that.
-/// Returns whether a block has any.
-bool IslandNewton::leave_set(Blocks& loop, const Active& active, std::span<const BodyRows> rows,
-                             std::span<Velocity> velocity) const {
-    const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
-    const double mu = loop.batch_of(block).mu.x[Blocks::lane_of(block)];
+/// Calls visit(batch, lane, points) for the blocks of an island.
+template <typename F>
+void IslandNewton::for_each_block(Blocks& loop, const Island& island, F&& visit) {
+    for (const int i : island.blocks) {
+        const Block& block = loop.blocks[static_cast<std::size_t>(i)];
+        const BlockBatch& batch = loop.batch_of(block);
+        visit(batch, Blocks::lane_of(block), loop.points_of(batch));
+    }
+}
+
+/// Points without a load that part slower than they are to by more than `least` [m/s] enter the set (eq. 2, 3): they get next to
+/// nothing of the impulse that would mend it. Returns whether there are any.
+bool IslandNewton::enter_set(Blocks& loop, const Island& island, std::span<const Velocity> velocity, double least) {
     bool any = false;
-    change_points(loop, active, rows, velocity, [&](LanePoint at) {
-        const LanePoint found = found_at(active, at);
-        if (found.p_n < 0.0) {
-            at.p_n = 0.0;
-            at.p_t.setZero();
-            any = true;
-        } else if (active.friction_rows > 0 && found.p_t.norm() > mu * found.p_n) {
-            at.p_t = mu * at.p_n * found.p_t.normalized();
-            any = true;
+    for_each_block(loop, island, [&](const BlockBatch& batch, std::size_t lane, std::span<BatchPoint> points) {
+        const Vec6 twist = LaneFrame(batch, lane).relative_twist(velocity);
+        for (BatchPoint& point : points) {
+            const LanePoint at(point, lane);
+            const double missing = point.u_n_target.x[lane] - at.normal_velocity(twist);
+            if (at.p_n == 0.0 && missing > least) {
+                const double along_n = batch.response[5].x[lane]; // [1/kg]
+                point.p_n.x[lane] = rounding_share * missing / along_n;
+                any = true;
+            }
         }
-        return at;
     });
     return any;
 }
 
-int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity, int most) {
+/// What a step may have to be taken back to.
+void IslandNewton::begin(Blocks& loop, const Island& island, std::span<const Velocity> velocity) {
+    begun_.clear();
+    for_each_block(loop, island, [&](const BlockBatch&, std::size_t lane, std::span<const BatchPoint> points) {
+        for (const BatchPoint& point : points) {
+            begun_.emplace_back(point.p_t[0].x[lane], point.p_t[1].x[lane], point.p_n.x[lane]);
+        }
+    });
+    begun_velocity_.clear();
+    for (const int body : island.bodies) {
+        begun_velocity_.push_back(velocity[static_cast<std::size_t>(body)]);
+    }
+}
+
+void IslandNewton::take_back(Blocks& loop, const Island& island, std::span<Velocity> velocity) const {
+    auto begun = begun_.begin();
+    for_each_block(loop, island, [&](const BlockBatch&, std::size_t lane, std::span<BatchPoint> points) {
+        for (BatchPoint& point : points) {
+            point.p_t[0].x[lane] = begun->x();
+            point.p_t[1].x[lane] = begun->y();
+            point.p_n.x[lane] = begun->z();
+            ++begun;
+        }
+    });
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        velocity[static_cast<std::size_t>(island.bodies[i])] = begun_velocity_[i];
+    }
+}
+
+bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::span<Velocity> velocity, const NewtonLimits& limits) {
     const std::span<const BodyRows> rows = bodies.rows;
     std::vector<int>& place = bodies.place;
     const auto inverse_mass = [&](int body) { return rows[static_cast<std::size_t>(body)].x[0]; };
@@ -397,10 +445,12 @@ int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, 
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         place[static_cast<std::size_t>(island.bodies[i])] = static_cast<int>(i);
     }
+    begin(loop, island, velocity);
     double enough = 0.0;
-    bool is_left = true; // by points or blocks, the active set
-    int round = 0;
-    for (; round < most && is_left; ++round) {
+    enter_set(loop, island, velocity, limits.least);
+    bool changes = true; // the active set
+    island.rounds = 0;
+    while (changes && island.rounds < limits.rounds) {
         active_.clear();
         rows_.clear();
         for (const int i : island.blocks) {
@@ -411,30 +461,23 @@ int IslandNewton::step(Blocks& loop, const Island& island, BlockBodies& bodies, 
         if (!factorise(loop, rows, place, island)) {
             break;
         }
-        if (round == 0) {
+        if (island.rounds++ == 0) {
             enough = compliance * compliance * missing_square();
         }
         find_impulses(loop, place, island, enough);
-        const bool is_last = round + 1 == most;
-        is_left = false;
+        changes = false;
         for (const Active& active : active_) {
-            is_left = (!is_last && leave_set(loop, active, rows, velocity)) || is_left;
+            changes = take_found(loop, active, rows, velocity) || changes;
         }
-        if (is_left) {
-            continue;
-        }
-        for (const Active& active : active_) {
-            change_points(loop, active, rows, velocity, [&](const LanePoint& at) {
-                LanePoint found = found_at(active, at);
-                found.p_n = std::max(found.p_n, 0.0); // never a pull: eq. 2, 3
-                return found;
-            });
-        }
+        changes = enter_set(loop, island, velocity, limits.least) || changes;
     }
     for (const int body : island.bodies) {
         place[static_cast<std::size_t>(body)] = -1;
     }
-    return round;
+    if (changes) {
+        take_back(loop, island, velocity);
+    }
+    return !changes;
 }
 
 } // namespace sim

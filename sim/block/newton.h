@@ -2,9 +2,10 @@
 /// Where sweeps stall: the equations of all loaded contacts of an island at once. Sweeps carry news from body to body, one
 /// block a visit, so a tower needs about as many as the square of its height. But after a few of them it is known which
 /// points carry load and which blocks stick: with that active set eq. 1 and eq. 5 are linear equations, which one sparse
-/// factorisation solves. Points that would pull leave the set, blocks whose friction would exceed its limit slide, and what is
-/// left is solved again. What enters it the sweeps that follow find (semi-smooth Newton; Alart & Curnier 1991, "A mixed
-/// formulation for frictional contact problems prone to Newton like solution methods").
+/// factorisation solves. Points that would pull leave the set, others that would approach enter it, blocks whose friction would
+/// exceed its limit slide, and the new set is solved, until it stays (semi-smooth Newton; Alart & Curnier 1991, "A mixed
+/// formulation for frictional contact problems prone to Newton like solution methods"). What sticks again the sweeps that follow
+/// find.
 #include "sim/model/body.h"
 #include "sim/block/batch.h"
 #include "sim/block/body_factors.h"
@@ -38,12 +39,22 @@ struct Island {
     double cost = 0.0; ///< [-] of a round, in sweeps: products of two bodies' equations, level by level from its least body, each as
                        ///< the visit of a block; a tower's are a few, those of a heap of 200 bodies a hundred
     double waited = 0.0; ///< [-] sweeps, before the last step
-    int rounds = 0;      ///< of that: factorisations
+    int rounds = 0;      ///< of that: factorisations, each of an active set
     bool is_served = false;      ///< by steps of this solve, none of them known to be in vain
     bool resists = false;        ///< one was: left to sweeps
     bool has_joints = false;     ///< which the equations lack: the same
     bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last
     double change = 0.0;         ///< [m/s] largest of a visit before the last step
+};
+
+/// Active sets [-] of one step, each with a factorisation: a tower of 250 boxes needs more than 12. What needs more than these may take
+/// turns.
+inline constexpr int newton_rounds = 24;
+
+/// Of a step of Newton's method.
+struct NewtonLimits {
+    int rounds = 0;     ///< [-] at most so many active sets
+    double least = 0.0; ///< [m/s] what a point may miss without a load
 };
 
 /// Share [-] of an island's load in points whose friction is at its limit: they slide.
@@ -52,8 +63,9 @@ double sliding_share(const Blocks& loop, const Island& island);
 class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction is held.
-    /// Returns the number of factorisations: of active sets, at most `most`.
-    int step(Blocks& loop, const Island& island, BlockBodies& bodies, std::span<Velocity> velocity, int most);
+    /// Counts the rounds. Returns false where the active set does not settle: all stays as it was then, for impulses that hold bodies
+    /// against each other may be any.
+    bool step(Blocks& loop, Island& island, BlockBodies& bodies, std::span<Velocity> velocity, const NewtonLimits& limits);
 
 private:
     /// An equation of a block: a velocity that is to reach its target.
@@ -92,11 +104,15 @@ private:
     double missing_square() const;
     void find_impulses(const Blocks& loop, std::span<const int> place, const Island& island, double enough);
     LanePoint found_at(const Active& active, const LanePoint& at) const;
+    bool take_found(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const;
     template <typename F>
-    static void change_points(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity,
-                              const F& next);
-    bool leave_set(Blocks& loop, const Active& active, std::span<const BodyRows> rows, std::span<Velocity> velocity) const;
+    static void for_each_block(Blocks& loop, const Island& island, F&& visit);
+    void begin(Blocks& loop, const Island& island, std::span<const Velocity> velocity);
+    void take_back(Blocks& loop, const Island& island, std::span<Velocity> velocity) const;
+    static bool enter_set(Blocks& loop, const Island& island, std::span<const Velocity> velocity, double least);
 
+    std::vector<Vec3> begun_; ///< [N s] impulses of the island's points as a step begins, along t_1, t_2, n
+    std::vector<Velocity> begun_velocity_; ///< of its bodies
     std::vector<Active> active_;
     std::vector<Row> rows_;
     BodyFactors factors_;
