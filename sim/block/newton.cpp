@@ -379,6 +379,17 @@ bool IslandNewton::take_found(Blocks& loop, const Active& active, std::span<cons
     return any;
 }
 
+IslandNewton::PointState IslandNewton::state_of(const BatchPoint& point, std::size_t lane, const Vec6& twist) {
+    const LanePoint at(point, lane);
+    if ((point.there >> lane & 1u) == 0) {
+        return {};
+    }
+    const Vec2 u_t = at.tangential_velocity(twist);
+    return {{at.p_t.x(), at.p_t.y(), at.p_n},
+            {u_t.x() - point.u_t_target[0].x[lane], u_t.y() - point.u_t_target[1].x[lane],
+             at.normal_velocity(twist) - point.u_n_target.x[lane]}};
+}
+
 /// Calls visit(batch, lane, points) for the blocks of an island.
 template <typename F>
 void IslandNewton::for_each_block(Blocks& loop, const Island& island, F&& visit) {
@@ -411,9 +422,10 @@ bool IslandNewton::enter_set(Blocks& loop, const Island& island, std::span<const
 /// What a step may have to be taken back to.
 void IslandNewton::begin(Blocks& loop, const Island& island, std::span<const Velocity> velocity) {
     begun_.clear();
-    for_each_block(loop, island, [&](const BlockBatch&, std::size_t lane, std::span<const BatchPoint> points) {
+    for_each_block(loop, island, [&](const BlockBatch& batch, std::size_t lane, std::span<const BatchPoint> points) {
+        const Vec6 twist = LaneFrame(batch, lane).relative_twist(velocity);
         for (const BatchPoint& point : points) {
-            begun_.emplace_back(point.p_t[0].x[lane], point.p_t[1].x[lane], point.p_n.x[lane]);
+            begun_.push_back(state_of(point, lane, twist));
         }
     });
     begun_velocity_.clear();
@@ -422,14 +434,29 @@ void IslandNewton::begin(Blocks& loop, const Island& island, std::span<const Vel
     }
 }
 
+/// Impulses p minimise p.A p / 2 + b.p, where A p + b is what they miss. Has the step made that less?
+bool IslandNewton::is_nearer(Blocks& loop, const Island& island, std::span<const Velocity> velocity) const {
+    double change = 0.0; // [J]
+    auto begun = begun_.begin();
+    for_each_block(loop, island, [&](const BlockBatch& batch, std::size_t lane, std::span<const BatchPoint> points) {
+        const Vec6 twist = LaneFrame(batch, lane).relative_twist(velocity);
+        for (const BatchPoint& point : points) {
+            const PointState now = state_of(point, lane, twist);
+            change += 0.5 * (now.impulse - begun->impulse).dot(now.missed + begun->missed);
+            ++begun;
+        }
+    });
+    return change < 0.0;
+}
+
 void IslandNewton::take_back(Blocks& loop, const Island& island, std::span<Velocity> velocity) const {
     auto begun = begun_.begin();
     for_each_block(loop, island, [&](const BlockBatch&, std::size_t lane, std::span<BatchPoint> points) {
         for (BatchPoint& point : points) {
-            point.p_t[0].x[lane] = begun->x();
-            point.p_t[1].x[lane] = begun->y();
-            point.p_n.x[lane] = begun->z();
-            ++begun;
+            const Vec3& impulse = begun++->impulse;
+            point.p_t[0].x[lane] = impulse.x();
+            point.p_t[1].x[lane] = impulse.y();
+            point.p_n.x[lane] = impulse.z();
         }
     });
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
@@ -474,10 +501,11 @@ bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::
     for (const int body : island.bodies) {
         place[static_cast<std::size_t>(body)] = -1;
     }
-    if (changes) {
+    const bool is_good = !changes && is_nearer(loop, island, velocity);
+    if (!is_good) {
         take_back(loop, island, velocity);
     }
-    return !changes;
+    return is_good;
 }
 
 } // namespace sim

@@ -63,8 +63,8 @@ double sliding_share(const Blocks& loop, const Island& island);
 class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction is held.
-    /// Counts the rounds. Returns false where the active set does not settle: all stays as it was then, for impulses that hold bodies
-    /// against each other may be any.
+    /// Counts the rounds. Returns false where the active set does not settle, or what the sweeps minimise grows: all stays as it was
+    /// then, for impulses that hold bodies against each other may be any.
     bool step(Blocks& loop, Island& island, BlockBodies& bodies, std::span<Velocity> velocity, const NewtonLimits& limits);
 
 private:
@@ -96,6 +96,12 @@ private:
         Eigen::Vector2d pressure; ///< centre of the load [m]
         double turning = 0.0;     ///< moment of the load about it [N s m^2]
     };
+    /// Of a point; along t_1, t_2, n.
+    struct PointState {
+        Vec3 impulse = Vec3::Zero(); ///< [N s]
+        Vec3 missed = Vec3::Zero();  ///< [m/s] velocity beyond its target
+    };
+    static PointState state_of(const BatchPoint& point, std::size_t lane, const Eigen::Matrix<double, 6, 1>& twist);
     void add_block(const Blocks& loop, int block, double mass_share, std::span<const Velocity> velocity);
     void add_normal_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
@@ -108,11 +114,12 @@ private:
     template <typename F>
     static void for_each_block(Blocks& loop, const Island& island, F&& visit);
     void begin(Blocks& loop, const Island& island, std::span<const Velocity> velocity);
+    bool is_nearer(Blocks& loop, const Island& island, std::span<const Velocity> velocity) const;
     void take_back(Blocks& loop, const Island& island, std::span<Velocity> velocity) const;
     static bool enter_set(Blocks& loop, const Island& island, std::span<const Velocity> velocity, double least);
 
-    std::vector<Vec3> begun_; ///< [N s] impulses of the island's points as a step begins, along t_1, t_2, n
-    std::vector<Velocity> begun_velocity_; ///< of its bodies
+    std::vector<PointState> begun_;        ///< the island's points as a step begins
+    std::vector<Velocity> begun_velocity_; ///< and its bodies
     std::vector<Active> active_;
     std::vector<Row> rows_;
     BodyFactors factors_;
