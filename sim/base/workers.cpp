@@ -25,11 +25,11 @@ std::size_t ranges_of(std::size_t loop) {
     return loop % parts_unit;
 }
 
-/// Waits until `value` is no longer `old`.
-void wait_for_change(const std::atomic<std::size_t>& value, std::size_t old) {
+/// Waits until `value` is no longer `old`; returns what it is then.
+std::size_t wait_for_change(const std::atomic<std::size_t>& value, std::size_t old) {
     for (int i = 0; i < looks + polite_looks; ++i) {
-        if (value.load(std::memory_order_acquire) != old) {
-            return;
+        if (const std::size_t now = value.load(std::memory_order_acquire); now != old) {
+            return now;
         }
         if (i >= looks) {
             std::this_thread::yield();
@@ -39,6 +39,7 @@ void wait_for_change(const std::atomic<std::size_t>& value, std::size_t old) {
 #endif
     }
     value.wait(old, std::memory_order_acquire);
+    return value.load(std::memory_order_acquire);
 }
 
 } // namespace
@@ -97,11 +98,10 @@ std::size_t Workers::work_on(const Task& task, std::size_t part, std::size_t loo
 
 void Workers::serve(std::size_t part) {
     for (std::size_t seen = 0;;) {
-        wait_for_change(shares_[part].loop, seen);
-        if (stop_) {
+        seen = wait_for_change(shares_[part].loop, seen);
+        if (stop_) { // asked after the look: what the destructor changes is no loop
             return;
         }
-        seen = shares_[part].loop;
         if (const std::size_t done = work_on(shares_[part].task, part, seen); done > 0) {
             finished_ += done;
             finished_.notify_one();
@@ -121,8 +121,8 @@ void Workers::run_task(const Task& task, std::size_t parts, std::size_t ranges) 
         share.loop.notify_one();
     }
     done_ += parts * ranges - work_on(task, 0, loop);
-    for (std::size_t finished = finished_; finished != done_; finished = finished_) {
-        wait_for_change(finished_, finished);
+    for (std::size_t finished = finished_; finished != done_;) {
+        finished = wait_for_change(finished_, finished);
     }
 }
 

@@ -44,6 +44,17 @@ TEST(workers, loops_in_a_row_build_on_each_other) {
     EXPECT_EQ(values, std::vector<int>(50, 500));
 }
 
+/// A thread that comes too late for the last loop takes the end for no loop: it would do that one again, and wait for ever.
+TEST(workers, end_as_soon_as_a_loop_has) {
+    std::atomic<std::size_t> done = 0;
+    const auto work = [&](std::size_t first, std::size_t last) { done += last - first; };
+    constexpr std::size_t times = 5000, count = 20;
+    for (std::size_t i = 0; i < times; ++i) {
+        Workers(4).run(count, work);
+    }
+    EXPECT_EQ(done, times * count);
+}
+
 /// A short loop wakes no more threads than have enough to do in it, and gives none of them less.
 TEST(workers, a_short_loop_is_shared_by_few_threads) {
     Workers workers(8);
