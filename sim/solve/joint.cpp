@@ -354,27 +354,31 @@ bool JointSolver::target_drive(const Joint& joint, Row& row, double position, do
     return std::exchange(row.softness, softness) == softness;
 }
 
-/// A motor never gives more than its limit; at it the others are solved anew. Returns false if one changed.
-bool JointSolver::keep_limits(Assembly& of, std::span<Velocity> velocity) {
-    bool is_kept = true;
+/// A motor never gives more than its limit; at it the others are solved anew. Those that give more come to their limits, those at
+/// them that are to give less take part again: all at once while they become fewer, and once where they do not; then only the last,
+/// until they do (block principal pivoting, Kostreva 1978), or two take turns for ever. Returns false if one changed.
+bool JointSolver::keep_limits(Assembly& of, std::span<Velocity> velocity, Pivots& pivots) {
+    std::vector<Row*> wrong;
     for (Row& row : rows_of(of)) {
-        if (row.kind != RowKind::motor) {
-            continue;
-        }
-        const double limited = std::clamp(row.sum, -row.most, row.most);
-        const bool exceeds = limited != row.sum;
-        // At its limit it takes part again where it would give less.
-        const bool eases = row.is_out && missing_of(row, velocity) * row.sum < 0.0;
-        if (exceeds) {
-            apply(row, limited - row.sum, velocity);
-            row.sum = limited;
-        }
-        if (exceeds || eases) {
-            row.is_out = exceeds;
-            of.is_factored = is_kept = false;
+        if (row.kind == RowKind::motor &&
+            (row.is_out ? missing_of(row, velocity) * row.sum < 0.0 : std::abs(row.sum) > row.most)) {
+            wrong.push_back(&row);
         }
     }
-    return is_kept;
+    const bool are_fewer = wrong.size() < pivots.fewest;
+    const bool are_all = are_fewer || pivots.may_try || ++pivots.rounds == of.count;
+    pivots.may_try = are_fewer;
+    pivots.fewest = std::min(pivots.fewest, wrong.size());
+    for (Row* const row : std::span(wrong).subspan(are_all ? 0 : wrong.size() - 1)) {
+        row->is_out = !row->is_out;
+        of.is_factored = false;
+        if (row->is_out) {
+            const double limited = std::clamp(row->sum, -row->most, row->most);
+            apply(*row, limited - row->sum, velocity);
+            row->sum = limited;
+        }
+    }
+    return wrong.empty();
 }
 
 double JointSolver::solve(std::span<const int> of, std::span<Velocity> velocity) {
@@ -388,7 +392,7 @@ double JointSolver::solve(std::span<const int> of, std::span<Velocity> velocity)
 double JointSolver::solve(Assembly& of, std::span<Velocity> velocity) {
     const std::span<Row> rows = rows_of(of);
     double change = 0.0;
-    for (int round = 0; round < most_rounds; ++round) {
+    for (Pivots pivots; pivots.rounds < rows.size();) {
         if (!of.is_factored) {
             factorise(of);
         }
@@ -404,7 +408,7 @@ double JointSolver::solve(Assembly& of, std::span<Velocity> velocity) {
             rows[i].sum += p;
             apply(rows[i], p, velocity);
         }
-        if (!of.has_motors || keep_limits(of, velocity)) {
+        if (!of.has_motors || keep_limits(of, velocity, pivots)) {
             break;
         }
     }

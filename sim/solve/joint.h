@@ -143,6 +143,13 @@ private:
         Opening widest;
     };
 
+    /// The search for the motors at their limits.
+    struct Pivots {
+        std::size_t fewest = std::numeric_limits<std::size_t>::max(); ///< that were on the wrong side of theirs
+        std::size_t rounds = 0; ///< in which these did not become fewer
+        bool may_try = false;   ///< all at once, though they do not
+    };
+
     void find_assemblies(const Bodies& bodies, std::span<const Joint> joints);
     void find_responses(Assembly& of);
     Assembly& at(int assembly) { return assemblies_[static_cast<std::size_t>(assembly)]; }
@@ -153,7 +160,7 @@ private:
     double missing_of(const Row& row, std::span<const Velocity> velocity) const;
     void add_rows(const Bodies& bodies, const Joint& joint, int index, Assembly& of);
     static bool target_drive(const Joint& joint, Row& row, double position, double row_velocity, double h);
-    bool keep_limits(Assembly& of, std::span<Velocity> velocity);
+    bool keep_limits(Assembly& of, std::span<Velocity> velocity, Pivots& pivots);
     void take_out_drives(Assembly& of, bool is_out);
     const Eigen::VectorXd& close(Assembly& of, std::span<Velocity> velocity);
     static void apply(const Row& row, double p, std::span<Velocity> velocity);

@@ -1,5 +1,6 @@
 /// Springs and motors of hinges and sliders against closed forms: period, damping, any stiffness; a motor at its limit and at
 /// its speed; and the energy of both.
+#include "sim/base/random.h"
 #include "tests/laws/law_scene.h"
 
 #include <gtest/gtest.h>
@@ -226,6 +227,31 @@ TEST(law_drive, a_motor_speeds_up_with_its_limit_and_keeps_its_speed) {
             EXPECT_LT(gain, 1e-5); // the step in which it reaches its speed
         }
     }
+}
+
+/// Links with motors of all directions, speeds and limits, far more of which are too weak than strong enough. Where all that are on the
+/// wrong side of their limits change at once, some take turns for ever, and joints are torn open.
+TEST(law_drive, of_a_chain_of_motors_those_at_their_limits_are_found) {
+    constexpr int links = 24;
+    sim::Random random(1);
+    const auto within = [&](double most) { return between(random, -most, most); };
+    sim::SceneDef scene;
+    int last = add_frame(scene);
+    for (int i = 0; i < links; ++i) {
+        const int link = add_box(scene, {0.1, 0.03, 0.03}, {{0.1 + 0.2 * i, 0, 0}, Quat::Identity()});
+        const double x = within(1.0), y = within(1.0), z = within(1.0);
+        add_joint(scene, sim::JointKind::hinge, {link, last}, {0.2 * i, 0, 0}, Vec3(x, y, z).normalized());
+        const double decades = within(1.0), speed = within(10.0);
+        scene.joints.back().motor = sim::MotorDef{speed, 5.0 * std::pow(10.0, decades)};
+        last = link;
+    }
+    sim::World world(scene);
+    run(world, scene, 0.2, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+        EXPECT_FALSE(report.at_iteration_limit) << s.time;
+        EXPECT_EQ(report.energy_gain, 0.0);
+        EXPECT_LT(largest_joint_gap(scene, s), 1e-9);
+        return !HasFailure();
+    });
 }
 
 /// A motor that lifts a rod as far as its torque goes: it stands where gravity's is as large, and swings about there.
