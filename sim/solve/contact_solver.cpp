@@ -313,6 +313,22 @@ void ContactSolver::slow_down(const Bodies& bodies, const std::vector<PairContac
     }
 }
 
+/// Do half kicks give the group more energy than its springs and motors do by theirs, and than all impulses of the instant? A spring
+/// that is stiff for the step gives all of its impulse after the instant; a light body that it holds against a load would be thrown.
+bool ContactSolver::is_told_more(const Bodies& bodies, const ContactGroup& group) const {
+    double told = 0.0, by_all = 0.0, by_drives = 0.0; // [J]
+    for (const std::size_t i : group.bodies) {
+        const auto energy = [&](const Velocity& of) { return kinetic_energy(bodies.props[i], bodies.pose[i].orientation, of); };
+        const double before = energy(bodies.velocity[i]);
+        told += energy(at_node_[i]) - before;
+        by_all += energy(to_.velocity[i]) - before;
+    }
+    for (const int assembly : group.assemblies) {
+        by_drives += joints_.half_kick_work(assembly, bodies.velocity, at_node_);
+    }
+    return told > std::max({by_all, by_drives, 0.0});
+}
+
 /// Not known where joints' springs and motors, or keys, give energy too.
 void ContactSolver::find_energy_lost(const Bodies& bodies) {
     lost_.clear();
@@ -349,10 +365,10 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
         joints_.add_before(joints_.assemblies(), joint_weight_, at_node_);
     }
     std::vector<int> connected = sets_of_one(at_node_.size());
-    std::vector<std::size_t> loaded; // joints alone give no energy, and of what springs give no half is told
+    std::vector<std::size_t> loaded; // joints alone give no energy
     for (const ContactGroup& group : groups_) {
         group.contacts.unite_loaded(connected);
-        if (has_pairs(group) && !is_driven(group)) {
+        if (has_pairs(group) && (!is_driven(group) || is_told_more(bodies, group))) {
             loaded.insert(loaded.end(), group.bodies.begin(), group.bodies.end());
         }
     }
@@ -363,12 +379,13 @@ std::vector<int> ContactSolver::store_impulses(const Bodies& bodies, const std::
         slow_down(bodies, pairs, joints, held);
         find_firsts(held);
     }
-    if (cut_half_kicks(bodies, loaded, held, to_.velocity, at_node_)) {
-        for (const ContactGroup& group : groups_) {
-            if (!is_driven(group)) {
-                joints_.add_before(group.assemblies, joint_weight_, at_node_); // the joints close again
-            }
+    for (const ContactGroup& group : groups_) { // what bears a spring is told of its own: the spring gives no half of what it bears
+        for (std::size_t i = 0; is_driven(group) && i < group.bodies.size(); ++i) {
+            held[group.bodies[i]] = static_cast<int>(group.bodies[i]);
         }
+    }
+    if (cut_half_kicks(bodies, loaded, held, to_.velocity, at_node_)) {
+        joints_.close_again(at_node_);
     }
     find_energy_lost(bodies);
     for (Joint& joint : joints) {

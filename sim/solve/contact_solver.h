@@ -94,6 +94,7 @@ private:
     void give_uncertain(const Bodies& bodies, ContactGroup& group);
     int iterate(ContactGroup& group, int budget, bool& converged);
     /// Motors and springs do work by way of contacts.
+    bool is_told_more(const Bodies& bodies, const ContactGroup& group) const;
     bool is_driven(const ContactGroup& group) const { return !group.assemblies.empty() && joints_.has_drives(group.assemblies); }
     void find_energy_lost(const Bodies& bodies);
     void slow_down(const Bodies& bodies, const std::vector<PairContacts>& pairs, std::span<const Joint> joints,

@@ -30,8 +30,7 @@ double owed_work(const PairContacts& pair, const Bodies& bodies, std::size_t i, 
 struct Kicks {
     double work = 0.0;   ///< [J] at the velocities before, of those before collisions seen from kinematic bodies
     double change = 0.0; ///< [J] kinetic energy of what they change
-    double room = 0.0;   ///< [J] that they may give: of what is told, what all impulses of the instant give
-    bool is_cut = true;  ///< where they give more
+    double room = 0.0;   ///< [J] that they may give: what those of springs and motors do; of what is told, all impulses of the instant
 
     /// Those of body i, which have made this of its velocity.
     void add(const Bodies& bodies, std::size_t i, const Velocity& with) {
@@ -46,8 +45,7 @@ struct Kicks {
     /// So much of them [-] as gives no more: of the share s that is s * work + s^2 * change.
     double share() const {
         const double most = std::max(room, 0.0);
-        const bool is_much = is_cut && work + change > most;
-        return is_much ? (std::sqrt(work * work + 4.0 * change * most) - work) / (2.0 * change) : 1.0;
+        return work + change > most ? (std::sqrt(work * work + 4.0 * change * most) - work) / (2.0 * change) : 1.0;
     }
 };
 
@@ -71,7 +69,8 @@ void apply_half_kicks(const Bodies& bodies, std::span<const int> connected, std:
         rows.add_owed(velocity);
     }
     for (const int assembly : rows.assemblies()) {
-        kicks_of(static_cast<std::size_t>(rows.bodies_of(assembly).front())).is_cut &= !rows.has_drives({&assembly, 1});
+        const double given = rows.half_kick_work(assembly, bodies.velocity, velocity);
+        kicks_of(static_cast<std::size_t>(rows.bodies_of(assembly).front())).room += given;
     }
     for (std::size_t i = 0; i < velocity.size(); ++i) {
         if (!bodies.props[i].is_static()) {

@@ -71,6 +71,9 @@ public:
     /// them; then the joints close.
     void add_before(std::span<const int> of, std::span<const double> weight, std::span<Velocity> velocity);
 
+    /// Takes away what opens the joints.
+    void close_again(std::span<Velocity> velocity);
+
     /// Velocities [body_count] before the impulses of a solve, with what of them acts before t0, and after them.
     struct Kick {
         std::span<const Velocity> before, at_node, after;
@@ -80,6 +83,8 @@ public:
     DriveWork work(std::span<const Velocity> kinematic, const Kick* kick) const;
     /// The same of what add_owed() gave, from velocities kick.before to kick.after [J], of joints with a body in `only` [body_count].
     double half_kick_work(std::span<const Velocity> kinematic, const Kick& kick, std::span<const char> only) const;
+    /// Work [J] of the last half kick of an assembly's springs and motors; velocities before and after it.
+    double half_kick_work(int assembly, std::span<const Velocity> before, std::span<const Velocity> after) const;
     bool has_motors() const { return std::ranges::any_of(assemblies_, &Assembly::has_motors); }
     bool has_drives(std::span<const int> of) const; ///< motors, springs: what gives energy
 
@@ -153,6 +158,7 @@ private:
     void find_assemblies(const Bodies& bodies, std::span<const Joint> joints);
     void find_responses(Assembly& of);
     Assembly& at(int assembly) { return assemblies_[static_cast<std::size_t>(assembly)]; }
+    std::span<const Row> rows_of(const Assembly& of) const { return std::span(rows_).subspan(of.first, of.count); }
     std::span<Row> rows_of(const Assembly& of) { return std::span(rows_).subspan(of.first, of.count); }
     double row_velocity(const Row& row, std::span<const Velocity> velocity) const;
     void half_kick(std::span<const int> of, std::span<Velocity> velocity);

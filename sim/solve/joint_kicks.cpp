@@ -36,6 +36,20 @@ void JointSolver::half_kick(std::span<const int> of, std::span<Velocity> velocit
     }
 }
 
+void JointSolver::close_again(std::span<Velocity> velocity) {
+    for (Assembly& of : assemblies_) {
+        close(of, velocity);
+    }
+}
+
+double JointSolver::half_kick_work(int assembly, std::span<const Velocity> before, std::span<const Velocity> after) const {
+    double sum = 0.0;
+    for (const Row& row : rows_of(assemblies_[static_cast<std::size_t>(assembly)])) {
+        sum += row.is_drive() ? 0.5 * row.half * (row_velocity(row, before) + row_velocity(row, after)) : 0.0;
+    }
+    return sum;
+}
+
 DriveWork JointSolver::work(std::span<const Velocity> kinematic, const Kick* kick) const {
     DriveWork sum;
     for (const Row& row : rows_) {

@@ -347,6 +347,34 @@ TEST(law_drive, what_bears_a_spring_is_told_at_rest_when_its_load_is_tapped) {
     }
 }
 
+/// A box on a light pan, whose spring is stiff for the step, and a ball that bounces on the box. The floor of a stack would stand still;
+/// the pan moves as the box does, at 0.3 m/s at most. Half a step's load alone would give the pan of 10 g 31 m/s.
+TEST(law_drive, what_is_light_and_bears_much_is_not_thrown) {
+    for (const double mass : {1.0, 0.01}) { // [kg]
+        for (const double stiffness : {1e5, 1e8, 1e12}) {
+            sim::SceneDef scene;
+            const sim::MaterialDef surface = material(0.5, 0.5);
+            const int frame = add_frame(scene);
+            const Vec3 half(0.5, 0.5, 0.05);
+            const int pan = add_box(scene, half, {{0, 0, -0.05}, Quat::Identity()}, surface, mass / (8.0 * half.prod()));
+            add_box(scene, {0.2, 0.2, 0.2}, {{0.1, 0.2, 0.2}, Quat::Identity()}, surface);
+            add_sphere(scene, 0.1, {0.1, 0.2, 0.7}, surface);
+            add_joint(scene, sim::JointKind::slider, {pan, frame}, Vec3::Zero(), Vec3::UnitZ());
+            const double load = mass + scene.bodies[2].mass.mass;
+            scene.joints[0].spring = sim::SpringDef{stiffness, 0.6 * std::sqrt(stiffness * load), load * g / stiffness};
+            sim::World world(scene);
+            double gain = 0.0, fastest = 0.0;
+            run(world, scene, 1.0, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+                gain = std::max(gain, report.energy_gain);
+                fastest = std::max(fastest, s.bodies[1].velocity.norm());
+                return true;
+            });
+            EXPECT_LT(gain, sim::energy_gain_allowed) << mass << " " << stiffness;
+            EXPECT_LT(fastest, 0.5) << mass << " " << stiffness;
+        }
+    }
+}
+
 /// Nothing but the way along the axis is free, whatever pulls and turns.
 TEST(law_drive, a_slider_holds_its_axis) {
     sim::SceneDef scene = law_scene(microseconds(1000));
