@@ -125,7 +125,7 @@ inline constexpr int plain_sweeps = 12;
 inline constexpr int newton_period = 4;
 
 /// Rounds [-] of what is repeated until it is right, where nothing proves that it ends: linear solves at predicted poses, changes
-/// of marks, motors at their limits, repairs, the time of an impact, the first mode of joints.
+/// of marks, repairs, the time of an impact, the first mode of joints.
 inline constexpr int most_rounds = 12;
 
 /// Softness begins with this share [-] of a response: see Blocks.

@@ -347,8 +347,8 @@ TEST(law_drive, what_bears_a_spring_is_told_at_rest_when_its_load_is_tapped) {
     }
 }
 
-/// A box on a light pan, whose spring is stiff for the step, and a ball that bounces on the box. The floor of a stack would stand still;
-/// the pan moves as the box does, at 0.3 m/s at most. Half a step's load alone would give the pan of 10 g 31 m/s.
+/// A box on a light pan, whose spring is stiff for the step, and a ball that bounces on the box: the pan moves about as fast as the box,
+/// at 0.3 m/s at most. Half a step's load alone would give the pan of 10 g 31 m/s.
 TEST(law_drive, what_is_light_and_bears_much_is_not_thrown) {
     for (const double mass : {1.0, 0.01}) { // [kg]
         for (const double stiffness : {1e5, 1e8, 1e12}) {

@@ -44,7 +44,7 @@ TEST(workers, loops_in_a_row_build_on_each_other) {
     EXPECT_EQ(values, std::vector<int>(50, 500));
 }
 
-/// A thread that comes too late for the last loop takes the end for no loop: it would do that one again, and wait for ever.
+/// A thread that comes too late for the last loop must not take the end for one: it would do that loop again, and wait for ever.
 TEST(workers, end_as_soon_as_a_loop_has) {
     std::atomic<std::size_t> done = 0;
     const auto work = [&](std::size_t first, std::size_t last) { done += last - first; };
