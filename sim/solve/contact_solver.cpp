@@ -458,7 +458,14 @@ double ContactSolver::joint_rate(const Bodies& bodies) {
     for (const double weight : joint_weight_) {
         interval.push_back(impulse_interval(weight, rules_.h));
     }
-    return joints_.fastest_rate(bodies, interval);
+    const std::vector<double> rates = joints_.fastest_rates(bodies, interval);
+    double fastest = 0.0;
+    for (const ContactGroup& group : groups_) {
+        for (const int assembly : group.assemblies) {
+            fastest = std::max(fastest, (group.contacts.loop.empty() ? 1.0 : 2.0) * rates[static_cast<std::size_t>(assembly)]);
+        }
+    }
+    return fastest;
 }
 
 } // namespace sim

@@ -8,15 +8,12 @@
 namespace sim {
 namespace {
 
-/// Of the motion that fastest_rate() begins with; any that is not across the fastest one will do.
+/// Of the motion that fastest_rates() begins with; any that is not across the fastest one will do.
 constexpr std::uint64_t mode_seed = 1;
 
 } // namespace
 
-double JointSolver::fastest_rate(const Bodies& bodies, std::span<const double> interval) {
-    if (rows_.empty()) {
-        return 0.0;
-    }
+std::vector<double> JointSolver::fastest_rates(const Bodies& bodies, std::span<const double> interval) {
     const std::size_t count = bodies.props.size();
     const bool is_first = mode_.size() != count;
     next_.resize(count);
@@ -28,18 +25,17 @@ double JointSolver::fastest_rate(const Bodies& bodies, std::span<const double> i
             mode_[i] = assembly_of_[i] < 0 ? Velocity{} : motion;
         }
     }
-    double fastest = 0.0;
+    std::vector<double> rates;
     for (Assembly& of : assemblies_) {
-        double rate = 0.0;
+        double& rate = rates.emplace_back();
         if (is_first) { // of a random motion it is about half of the fastest
             close(of, mode_);
         }
         for (int round = 0; round < (is_first ? most_rounds : 1); ++round) {
             rate = improve_mode(of, bodies, interval);
         }
-        fastest = std::max(fastest, rate);
     }
-    return fastest;
+    return rates;
 }
 
 /// One step of the power iteration. Returns the rate of the mode before it.

@@ -100,7 +100,7 @@ struct WorldState {
     int divided = 0;                ///< times by two [-] until it could be
     bool stopped_at_impact = false; ///< that ends at one
     bool begun_at_limit = false;    ///< the plan made before the first step did not converge: reported with that step
-    double joint_rate = 0.0;        ///< [rad/s] of joints under the load of the interval planned
+    double joint_rate = 0.0;        ///< [rad/s] of joints under the load of the interval planned; see ContactSolver::joint_rate()
     std::int64_t work_done = 0;     ///< [sweeps] in the step under way
     bool gives_way = false;         ///< what contacts ask for, in the step under way: see Blocks::softness()
     std::vector<Velocity> after_collisions;     ///< [body_count] velocities at the instant, without what it plans
