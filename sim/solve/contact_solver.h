@@ -44,8 +44,8 @@ public:
     /// Once the impulses are stored: what kinematic bodies and motors do by them.
     DriveWork drive_work(const Bodies& bodies);
 
-    /// Of the joints under the impulses found, the fastest: see JointSolver::fastest_rates() [rad/s]. Those that contacts load count
-    /// twice: without contacts the error of Verlet's scheme swings, and is taken back; among them what vibrates gains by it.
+    /// Of the joints under the impulses found, the fastest: see JointSolver::fastest_rates() [rad/s]. In islands with contacts each
+    /// counts twice (`law_taut`): without, the error of Verlet's scheme swings, and is taken back; with them, what vibrates gains by it.
     double joint_rate(const Bodies& bodies);
 
     std::span<const std::size_t> solved_bodies() const { return to_.solved; } ///< in contacts or joints; others move freely

@@ -92,10 +92,10 @@ public:
     /// before t0.
     void store(std::span<Joint> joints, std::span<const double> weight) const;
 
-    /// Of each assembly the rate [rad/s] of the fastest motion that the joints' forces allow beside their own rows, as across a taut chain:
-    /// the largest |eigenvalue| of M^-1 K, K the geometric stiffness of the impulses of this solve, each spread over
-    /// its `interval` [joint_count] [s], on the motions that keep the joints closed. One step of the power iteration a
-    /// call, from the mode found in the last call; several in the first. 0 before the first solve.
+    /// Of each assembly the rate [rad/s] of the fastest motion that the joints' forces allow beside their own rows, as across a
+    /// taut chain: the square root of the largest |eigenvalue| of M^-1 K, K the geometric stiffness of the impulses of this solve,
+    /// each spread over its `interval` [joint_count] [s], on the motions that keep the joints closed. One step of the power iteration
+    /// a call, from the mode found in the last call; several in the first. 0 before the first solve.
     std::vector<double> fastest_rates(const Bodies& bodies, std::span<const double> interval);
 
     /// That mode: motions of all bodies, of which one is 1 m/s or 1 rad/s; empty before the first call.

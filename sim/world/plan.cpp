@@ -15,8 +15,8 @@ namespace {
 /// Times the step may be divided by two when its contacts do not converge: down to h / 2^6.
 constexpr int division_limit = 6;
 
-/// By at most this angle [rad] bodies in contact or in a joint turn in one interval, and joints vibrate; those that contacts load by
-/// half of it. The step is divided for it.
+/// By at most this angle [rad] bodies in contact or in a joint turn in one interval, and joints vibrate, in islands with contacts by
+/// half of it; the step is divided for it.
 constexpr double largest_turn = 0.2;
 
 } // namespace

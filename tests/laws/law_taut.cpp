@@ -25,13 +25,13 @@ void expect_no_gain(const sim::SceneDef& scene, const std::string& law) {
     EXPECT_LE(gain, sim::energy_gain_allowed) << law;
 }
 
-/// Ten planks of 5 kg, each on two ropes, sag by half a metre; a ball of 100 kg falls on them.
+/// Ten planks of 5 kg, joined at their corners, sag by half a metre; a ball of 100 kg falls on them.
 TEST(law_taut, a_ball_falls_on_a_rope_bridge) {
     constexpr int planks = 10;
-    constexpr double length = 0.4, width = 1.4, sag = 0.5; // [m], [m], [rad] of the ends
-    const double radius = 0.5 * planks * length / sag;
+    constexpr double length = 0.4, width = 1.4, slope = 0.5; // [m], [m], [rad] of the ends
+    const double radius = 0.5 * planks * length / slope;
     const auto end_of = [&](int k) -> Vec3 {
-        const double angle = sag * (2.0 * k / planks - 1.0);
+        const double angle = slope * (2.0 * k / planks - 1.0);
         return {radius * std::sin(angle), 0, radius * (1.0 - std::cos(angle))};
     };
     sim::SceneDef scene;
