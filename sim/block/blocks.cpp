@@ -357,6 +357,7 @@ void Blocks::wake(int budget) {
     stalls_ = false;
     softness_ = 0.0;
     for (Island& island : islands_) {
+        begin_wait(island);
         island.is_served = island.resists = false;
         island.is_extrapolated = true;
     }

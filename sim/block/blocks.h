@@ -309,7 +309,8 @@ private:
     void visit_again(const BatchSweep& like, double large);
     void find_islands();
     void solve_stalled(std::span<Velocity> velocity, double skip);
-    void set_wait(const Island& island, double sweeps);
+    void begin_wait(Island& island) const;
+    void set_wait(Island& island, bool was_in_vain);
     double largest_change(const Island& island) const;
     void hold(const Island& island);
 

@@ -90,15 +90,23 @@ void Blocks::find_islands() {
     }
     for (Island& island : islands_) {
         island.cost /= static_cast<double>(island.blocks.size());
+        begin_wait(island);
     }
     for (const int body : own) {
         place[static_cast<std::size_t>(body)] = -1;
     }
 }
 
-/// From now on; sweeps [-]: 0 if the last step is not known to be in vain.
-void Blocks::set_wait(const Island& island, double sweeps) {
-    const auto wait = static_cast<float>(sweeps);
+/// As the solves before have left it.
+void Blocks::begin_wait(Island& island) const {
+    island.wait = bodies_->waits[static_cast<std::size_t>(island.bodies.front())];
+    island.in_vain = 0.0;
+}
+
+/// Of the solves to come: a step in vain makes them wait for what it has cost, and twice as long as this one had to.
+void Blocks::set_wait(Island& island, bool was_in_vain) {
+    island.in_vain = was_in_vain ? island.in_vain + std::exchange(island.rounds, 0) * island.cost : 0.0;
+    const auto wait = static_cast<float>(was_in_vain ? 2.0 * island.wait.whole + island.in_vain : 0.0);
     for (const int body : island.bodies) {
         bodies_->waits[static_cast<std::size_t>(body)] = {wait, wait};
     }
@@ -139,8 +147,8 @@ Unsettled Blocks::least_settled() {
     return found;
 }
 
-/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It is judged by what the sweeps
-/// since then still change: if that is no less than before, the next one waits for what it has cost, and twice as long as it did.
+/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It was in vain if it is taken back,
+/// and if what the sweeps since then still change is no less than before; then none follows in this solve.
 void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
     if (islands_.empty()) {
         find_islands();
@@ -155,23 +163,21 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
             continue;
         }
         if (island.is_served && change >= island.change) {
-            set_wait(island, 2.0 * island.waited + island.rounds * island.cost);
+            set_wait(island, true);
             island.resists = true;
         }
-        const NewtonWait& wait = bodies_->waits[static_cast<std::size_t>(island.bodies.front())];
         const double cost = island.cost * static_cast<double>(island.blocks.size()) / static_cast<double>(blocks.size());
         const double affordable = (budget_ - spent()) / cost; // rounds
-        island.is_served = !island.resists && sweeps_ >= wait.left && affordable >= 1.0 &&
+        island.is_served = !island.resists && sweeps_ >= island.wait.left && affordable >= 1.0 &&
                            sliding_share(*this, island) <= most_sliding;
         if (!island.is_served) {
             continue;
         }
         island.change = change;
-        island.waited = wait.whole;
-        set_wait(island, 0.0);
         const auto rounds = static_cast<int>(std::min(affordable, double{newton_rounds}));
         island.is_extrapolated = !newton_.step(*this, island, *bodies_, velocity, {.rounds = rounds, .least = skip});
         newton_cost_ += island.rounds * cost;
+        set_wait(island, island.is_extrapolated);
         for (const int i : island.blocks) {
             const Block& block = blocks[static_cast<std::size_t>(i)];
             batch_of(block).seen[2].x[lane_of(block)] = no_point;

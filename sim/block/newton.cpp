@@ -388,7 +388,7 @@ bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::
         place[static_cast<std::size_t>(island.bodies[i])] = static_cast<int>(i);
     }
     begin(loop, island, velocity);
-    double enough = 0.0;
+    double begun = 0.0; // [J] what the first active set misses
     enter_set(loop, island, velocity, limits.least);
     bool changes = true; // the active set
     island.rounds = 0;
@@ -400,13 +400,14 @@ bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::
             const double own = std::max(inverse_mass(block.a), inverse_mass(block.b));
             add_block(loop, i, least / own, velocity);
         }
-        if (!factorise(loop, rows, place, island)) {
+        const double missing = missing_square();
+        begun = island.rounds == 0 ? missing : begun;
+        // Where each set throws the bodies farther than the one before it, none will stay.
+        if (compliance * missing > begun || !factorise(loop, rows, place, island)) {
             break;
         }
-        if (island.rounds++ == 0) {
-            enough = compliance * compliance * missing_square();
-        }
-        find_impulses(loop, place, island, enough);
+        ++island.rounds;
+        find_impulses(loop, place, island, compliance * compliance * begun);
         changes = false;
         for (const Active& active : active_) {
             changes = take_found(loop, active, rows, velocity) || changes;

@@ -38,8 +38,9 @@ struct Island {
 
     double cost = 0.0; ///< [-] of a round, in sweeps: products of two bodies' equations, level by level from its least body, each as
                        ///< the visit of a block; a tower's are a few, those of a heap of 200 bodies a hundred
-    double waited = 0.0; ///< [-] sweeps, before the last step
-    int rounds = 0;      ///< of that: factorisations, each of an active set
+    NewtonWait wait;      ///< as the solve began
+    double in_vain = 0.0; ///< [-] sweeps that steps of this solve cost since the last that was not in vain
+    int rounds = 0;       ///< of the last step: factorisations, each of an active set
     bool is_served = false;      ///< by steps of this solve, none of them known to be in vain
     bool resists = false;        ///< one was: left to sweeps
     bool has_joints = false;     ///< which the equations lack: the same

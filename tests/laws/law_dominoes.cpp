@@ -1,4 +1,4 @@
-/// The wave through a row of dominoes: it runs at a speed of its own.
+/// The wave through a row of dominoes: it runs at a speed of its own. And what a row costs that lies.
 #include "sim/scene/file.h"
 #include "tests/laws/law_scene.h"
 
@@ -70,6 +70,32 @@ TEST(law_dominoes, wave_of_a_short_row_settles) {
 
 TEST(law_dominoes, DISABLED_wave_runs_at_one_speed) {
     judge_wave(200, 0.1);
+}
+
+/// 150 that have fallen, each on the next one, and slide along the row at 0.05 m/s: 21 sweeps a step, 26 where Newton's method goes on
+/// with active sets that throw the bodies ever farther, 33 where its steps that are taken back are not in vain either.
+TEST(law_dominoes, a_row_that_lies_leaves_newtons_method_alone) {
+    constexpr int count = 150;
+    constexpr int steps = 100;
+    sim::SceneDef scene = sim::load_scene(std::filesystem::path(TUMBLE_SCENE_DIR) / "dominoes.toml");
+    scene.bodies.erase(scene.bodies.begin() + 1); // the ball
+    scene.bodies.resize(1 + count);
+    const double spacing = scene.bodies[2].pose.position.x() - scene.bodies[1].pose.position.x();
+    const sim::Vec3 half = std::get<sim::Box>(scene.bodies[1].shape).half_extents;
+    const double lean = std::acos(2.0 * half.x() / spacing);
+    for (sim::BodyDef& domino : std::span(scene.bodies).subspan(1)) {
+        domino.pose.position.z() = half.z() * std::cos(lean) + half.x() * std::sin(lean);
+        domino.pose.orientation = Eigen::AngleAxisd(lean, sim::Vec3::UnitY());
+        domino.velocity.x() = 0.05;
+    }
+    sim::World world(scene, 1);
+    double sweeps = 0.0; // a step
+    for (int i = 0; i < steps; ++i) {
+        sweeps += world.step().contact_iterations / double{steps};
+    }
+    constexpr double most = 25.0;
+    record({"150 dominoes that lie", "sweeps a step", scene.step.time_step.value(), sweeps, most});
+    EXPECT_LT(sweeps, most);
 }
 
 } // namespace
