@@ -147,8 +147,8 @@ Unsettled Blocks::least_settled() {
     return found;
 }
 
-/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It was in vain if it is taken back,
-/// and if what the sweeps since then still change is no less than before; then none follows in this solve.
+/// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It is in vain if it is taken back.
+/// It was, and none follows in this solve, if what the sweeps since then still change is no less than before.
 void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
     if (islands_.empty()) {
         find_islands();

@@ -402,7 +402,7 @@ bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::
         }
         const double missing = missing_square();
         begun = island.rounds == 0 ? missing : begun;
-        // Where each set throws the bodies farther than the one before it, none will stay.
+        // Sets that miss so much more than the first one throw the bodies ever farther: hardly one that follows stays.
         if (compliance * missing > begun || !factorise(loop, rows, place, island)) {
             break;
         }

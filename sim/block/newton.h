@@ -64,8 +64,9 @@ double sliding_share(const Blocks& loop, const Island& island);
 class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction is held.
-    /// Counts the rounds. Returns false where the active set does not settle, or what the sweeps minimise grows: all stays as it was
-    /// then, for impulses that hold bodies against each other may be any.
+    /// Counts the rounds. Returns false where the active set does not settle, or misses more than 1 / `compliance` of what the first
+    /// one did (`law_dominoes.a_row_that_lies...`), or what the sweeps minimise grows: all stays as it was then, for impulses that hold
+    /// bodies against each other may be any.
     bool step(Blocks& loop, Island& island, BlockBodies& bodies, std::span<Velocity> velocity, const NewtonLimits& limits);
 
 private:

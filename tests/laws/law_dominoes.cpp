@@ -1,4 +1,4 @@
-/// The wave through a row of dominoes: it runs at a speed of its own. And what a row costs that lies.
+/// The wave through a row of dominoes: it runs at a speed of its own. And what a row that lies costs.
 #include "sim/scene/file.h"
 #include "tests/laws/law_scene.h"
 
