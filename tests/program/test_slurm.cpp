@@ -158,9 +158,11 @@ TEST_F(slurm, a_node_that_dies_costs_no_frame) {
         "sleep 0.05; done\n" +
         cluster +
         " kill cluster 1\n"
-        "wait $process; code=$?; scontrol -o show job | grep -o 'Restarts=[1-9]' | head -1; exit $code");
+        "wait $process; code=$?\n"
+        "timeout 60 sh -c 'until scontrol -o show job >jobs; do sleep 0.2; done'\n"
+        "grep -o 'Restarts=[1-9]' jobs | head -1; exit $code");
     EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.out, "Restarts=1\n");
+    EXPECT_EQ(outcome.out, "Restarts=1\n") << outcome.err << bytes("jobs");
     expect_same_results("here", "out");
 }
 
