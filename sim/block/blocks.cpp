@@ -440,7 +440,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
     const bool is_due = sweeps_ >= plain_sweeps && sweeps_ % newton_period == (stalls_ ? 1 : 0);
     ++sweeps_;
     if (is_due) {
-        solve_stalled(velocity, skip);
+        solve_stalled(velocity, skip, close_joints);
     }
     if (sweeps_ > plain_sweeps) {
         extrapolate(velocity);

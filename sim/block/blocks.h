@@ -13,12 +13,14 @@
 #include "sim/base/workers.h"
 #include "sim/block/batch.h"
 #include "sim/block/extrapolation.h"
+#include "sim/block/joint_equations.h"
 #include "sim/block/newton.h"
 #include "sim/collide/manifold.h"
 #include "sim/model/motion.h"
 
 #include <Eigen/Core>
 
+#include <array>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -162,7 +164,7 @@ public:
     std::vector<BatchPoint> points; ///< of the batches
     Workers* workers = nullptr;     ///< share what is done block by block; null: this thread does all
     bool may_give_way = false;      ///< see softness()
-    std::span<const int> assembly_of; ///< [body_count] see JointSolver; Newton's equations lack joints. Empty: there are none
+    JointEquations* joints = nullptr; ///< of bodies in blocks; null: there are none
 
     /// Room for so many blocks and contacts, which are to be written; no batches.
     void clear(std::size_t block_count = 0, std::size_t contact_count = 0);
@@ -239,6 +241,9 @@ public:
     /// [body_count] of the bodies in blocks, as the interval begins.
     std::span<const BodyRows> rows() const { return bodies_->rows; }
 
+    /// Writes the rows of bodies that joints connect with those in blocks.
+    void add_rows(const Bodies& bodies, std::span<const std::size_t> which) { bodies_->begin(bodies, which, workers); }
+
     /// Before the first sweep of a solve, which may spend so much: all blocks are to be solved again.
     void wake(int budget = std::numeric_limits<int>::max());
     /// Sweeps [-] since then.
@@ -303,12 +308,14 @@ private:
             place[body] = -1;
         }
     }
+    std::vector<int> assemblies_in(std::span<const int> which) const;
+    std::vector<std::array<std::size_t, 2>> connected(std::span<const int> assemblies) const;
     std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
     void plan_batches(std::span<const Place> places);
     void extrapolate(std::span<Velocity> velocity);
     void visit_again(const BatchSweep& like, double large);
     void find_islands();
-    void solve_stalled(std::span<Velocity> velocity, double skip);
+    void solve_stalled(std::span<Velocity> velocity, double skip, const std::function<void()>& close_joints);
     void begin_wait(Island& island) const;
     void set_wait(Island& island, bool was_in_vain);
     double largest_change(const Island& island) const;

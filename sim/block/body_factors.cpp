@@ -60,6 +60,14 @@ void BodyFactors::begin(int count, std::span<const std::array<int, 2>> pairs) {
     below_.assign(size, Matrix6::Zero());
 }
 
+std::size_t BodyFactors::products() const {
+    std::size_t sum = 0;
+    for (const Column& column : columns_) {
+        sum += column.below.size() * (column.below.size() + 1) / 2;
+    }
+    return sum;
+}
+
 void BodyFactors::add(int body, const Matrix6& added) {
     columns_[static_cast<std::size_t>(place_of_[static_cast<std::size_t>(body)])].diagonal += added;
 }

@@ -22,6 +22,8 @@ public:
     /// Adds to the block in the rows of body a and the columns of body b, and to its mirror image.
     void add(int a, int b, const Matrix6& added);
 
+    /// [-] of two blocks that factorise() takes.
+    std::size_t products() const;
     /// What was added becomes L and D. Returns whether it could: not if a pivot is zero, or no number.
     bool factorise();
     /// x = matrix^-1 x [6 a body].

@@ -13,6 +13,12 @@ namespace {
 /// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
 constexpr double most_sliding = 0.05;
 
+/// Each once, ascending.
+void sort_once(std::vector<int>& numbers) {
+    std::ranges::sort(numbers);
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
 /// Bodies beside each body, by places: those of body i are of[begin[i]] and on, up to begin[i + 1].
 struct Neighbours {
     std::vector<std::size_t> begin;
@@ -34,6 +40,40 @@ struct Neighbours {
 
 } // namespace
 
+/// Those of joints that hold some of these bodies, ascending.
+std::vector<int> Blocks::assemblies_in(std::span<const int> which) const {
+    std::vector<int> found;
+    for (std::size_t i = 0; joints != nullptr && i < which.size(); ++i) {
+        if (const int assembly = joints->assembly_of()[static_cast<std::size_t>(which[i])]; assembly >= 0) {
+            found.push_back(assembly);
+        }
+    }
+    sort_once(found);
+    return found;
+}
+
+/// Places of bodies that a block connects, or a joint of these assemblies.
+std::vector<std::array<std::size_t, 2>> Blocks::connected(std::span<const int> assemblies) const {
+    std::vector<std::array<std::size_t, 2>> found;
+    const auto add = [&](int a, int b) {
+        const int at[] = {bodies_->place[static_cast<std::size_t>(a)], bodies_->place[static_cast<std::size_t>(b)]};
+        if (at[0] >= 0 && at[1] >= 0) {
+            found.push_back({static_cast<std::size_t>(at[0]), static_cast<std::size_t>(at[1])});
+        }
+    };
+    for (const Block& block : blocks) {
+        if (block.count > 0) {
+            add(block.a, block.b);
+        }
+    }
+    for (const int assembly : assemblies) {
+        for (const auto [a, b] : joints->pairs_of(assembly)) {
+            add(a, b);
+        }
+    }
+    return found;
+}
+
 /// Islands in the order of their least bodies, found in breadth. Bodies go by their places among those that move.
 void Blocks::find_islands() {
     const std::vector<BodyRows>& rows = bodies_->rows;
@@ -42,17 +82,15 @@ void Blocks::find_islands() {
     const auto place_of = [&](int body) { return static_cast<std::size_t>(place[static_cast<std::size_t>(body)]); };
     find_members(0, [&](std::size_t body) { return rows[body].x[0] > 0.0; });
     std::vector<int> own(members_.begin(), members_.end());
-    std::ranges::sort(own);
+    const std::vector<int> assemblies = assemblies_in(own);
+    for (const int assembly : assemblies) {
+        own.insert(own.end(), joints->bodies_of(assembly).begin(), joints->bodies_of(assembly).end());
+    }
+    sort_once(own);
     for (std::size_t i = 0; i < own.size(); ++i) {
         place[static_cast<std::size_t>(own[i])] = static_cast<int>(i);
     }
-    std::vector<std::array<std::size_t, 2>> between;
-    for (const Block& block : blocks) {
-        if (block.count > 0 && is_dynamic(block.a) && is_dynamic(block.b)) {
-            between.push_back({place_of(block.a), place_of(block.b)});
-        }
-    }
-    const Neighbours neighbours(own.size(), between);
+    const Neighbours neighbours(own.size(), connected(assemblies));
     std::vector<int> island_of(own.size(), -1); // not seen yet
     std::vector<std::size_t> found; // the bodies of an island
     const auto add = [&](std::size_t body) {
@@ -68,28 +106,24 @@ void Blocks::find_islands() {
         Island& island = islands_.emplace_back();
         found.clear();
         add(least);
-        for (std::size_t first = 0, last = 1; first < last; first = std::exchange(last, found.size())) {
-            for (std::size_t i = first; i < last; ++i) {
-                std::ranges::for_each(neighbours[found[i]], add);
-            }
-            const auto width = static_cast<double>(found.size() - first); // of a matrix that is symmetric half of the products
-            island.cost += 0.5 * static_cast<double>(last - first) * width * width;
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            std::ranges::for_each(neighbours[found[i]], add);
         }
         for (const std::size_t body : found) {
             island.bodies.push_back(own[body]);
         }
         std::ranges::sort(island.bodies);
-        const auto is_held = [&](int body) { return !assembly_of.empty() && assembly_of[static_cast<std::size_t>(body)] >= 0; };
-        island.has_joints = std::ranges::any_of(island.bodies, is_held);
     }
+    const auto island_with = [&](int body) -> Island& { return islands_[static_cast<std::size_t>(island_of[place_of(body)])]; };
     for (std::size_t i = 0; i < blocks.size(); ++i) {
         if (blocks[i].count > 0) {
-            const int body = is_dynamic(blocks[i].a) ? blocks[i].a : blocks[i].b;
-            islands_[static_cast<std::size_t>(island_of[place_of(body)])].blocks.push_back(static_cast<int>(i));
+            island_with(is_dynamic(blocks[i].a) ? blocks[i].a : blocks[i].b).blocks.push_back(static_cast<int>(i));
         }
     }
+    for (const int assembly : assemblies) {
+        island_with(joints->bodies_of(assembly).front()).assemblies.push_back(assembly);
+    }
     for (Island& island : islands_) {
-        island.cost /= static_cast<double>(island.blocks.size());
         begin_wait(island);
     }
     for (const int body : own) {
@@ -105,7 +139,8 @@ void Blocks::begin_wait(Island& island) const {
 
 /// Of the solves to come: a step in vain makes them wait for what it has cost, and twice as long as this one had to.
 void Blocks::set_wait(Island& island, bool was_in_vain) {
-    island.in_vain = was_in_vain ? island.in_vain + std::exchange(island.rounds, 0) * island.cost : 0.0;
+    const auto visits = static_cast<double>(island.blocks.size()); // of a sweep
+    island.in_vain = was_in_vain ? island.in_vain + std::exchange(island.cost, 0.0) / visits : 0.0;
     const auto wait = static_cast<float>(was_in_vain ? 2.0 * island.wait.whole + island.in_vain : 0.0);
     for (const int body : island.bodies) {
         bodies_->waits[static_cast<std::size_t>(body)] = {wait, wait};
@@ -149,14 +184,11 @@ Unsettled Blocks::least_settled() {
 
 /// A step of Newton's method for each island that the last sweep changed by more than `skip` [m/s]. It is in vain if it is taken back.
 /// It was, and none follows in this solve, if what the sweeps since then still change is no less than before.
-void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
+void Blocks::solve_stalled(std::span<Velocity> velocity, double skip, const std::function<void()>& close_joints) {
     if (islands_.empty()) {
         find_islands();
     }
     for (Island& island : islands_) {
-        if (island.has_joints) {
-            continue;
-        }
         const double change = largest_change(island);
         island.is_extrapolated = change > skip;
         if (!island.is_extrapolated) {
@@ -166,17 +198,18 @@ void Blocks::solve_stalled(std::span<Velocity> velocity, double skip) {
             set_wait(island, true);
             island.resists = true;
         }
-        const double cost = island.cost * static_cast<double>(island.blocks.size()) / static_cast<double>(blocks.size());
-        const double affordable = (budget_ - spent()) / cost; // rounds
-        island.is_served = !island.resists && sweeps_ >= island.wait.left && affordable >= 1.0 &&
-                           sliding_share(*this, island) <= most_sliding;
+        island.is_served = !island.resists && sweeps_ >= island.wait.left && sliding_share(*this, island) <= most_sliding;
         if (!island.is_served) {
             continue;
         }
         island.change = change;
-        const auto rounds = static_cast<int>(std::min(affordable, double{newton_rounds}));
-        island.is_extrapolated = !newton_.step(*this, island, *bodies_, velocity, {.rounds = rounds, .least = skip});
-        newton_cost_ += island.rounds * cost;
+        if (!island.assemblies.empty()) {
+            close_joints();
+        }
+        const auto visits = static_cast<double>(blocks.size()); // of a sweep
+        const NewtonLimits limits{.cost = (budget_ - spent()) * visits, .least = skip};
+        island.is_extrapolated = !newton_.step(*this, island, *bodies_, velocity, limits);
+        newton_cost_ += island.cost / visits;
         set_wait(island, island.is_extrapolated);
         for (const int i : island.blocks) {
             const Block& block = blocks[static_cast<std::size_t>(i)];

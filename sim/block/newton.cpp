@@ -180,29 +180,45 @@ void IslandNewton::add_block(const Blocks& loop, int index, double mass_share, s
     active_.push_back(active);
 }
 
-/// Mass matrix + sum of rows^T rows / compliance: the equations with the impulses eliminated. Returns whether it has factors.
-bool IslandNewton::factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island) {
-    const auto places_of = [&](const Active& active) {
-        const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
-        return std::array{place[static_cast<std::size_t>(block.a)], place[static_cast<std::size_t>(block.b)]};
-    };
+/// Which bodies have equations together, by loaded contacts or joints.
+void IslandNewton::find_fill(const Blocks& loop, std::span<const int> place, const Island& island) {
     std::vector<std::array<int, 2>> pairs;
-    for (const Active& active : active_) {
-        const std::array pair = places_of(active);
+    const auto add = [&](int body_a, int body_b) {
+        const std::array pair{place[static_cast<std::size_t>(body_a)], place[static_cast<std::size_t>(body_b)]};
         if (pair[0] >= 0 && pair[1] >= 0) {
             pairs.push_back(pair);
         }
+    };
+    for (const Active& active : active_) {
+        const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
+        add(block.a, block.b);
+    }
+    for (const int assembly : island.assemblies) {
+        for (const auto [a, b] : loop.joints->pairs_of(assembly)) {
+            add(a, b);
+        }
     }
     factors_.begin(static_cast<int>(island.bodies.size()), pairs);
+}
+
+/// Mass matrix + sum of rows^T rows / compliance: the equations with the impulses eliminated. Returns whether it has factors.
+bool IslandNewton::factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island) {
+    double heaviest = 0.0; // [kg]
     for (const int body : island.bodies) {
         const BodyRows& row = rows[static_cast<std::size_t>(body)];
         Matrix6 mass = Matrix6::Zero();
         mass.topLeftCorner<3, 3>() = Mat3::Identity() / row.x[0];
+        heaviest = std::max(heaviest, 1.0 / row.x[0]);
         mass.bottomRightCorner<3, 3>() = inverse_inertia_of(row).inverse();
         factors_.add(place[static_cast<std::size_t>(body)], mass);
     }
+    for (const int assembly : island.assemblies) {
+        loop.joints->add_equations(assembly, heaviest, place, factors_);
+    }
     for (const Active& active : active_) {
-        const auto [a, b] = places_of(active);
+        const Block& block = loop.blocks[static_cast<std::size_t>(active.block)];
+        const int a = place[static_cast<std::size_t>(block.a)];
+        const int b = place[static_cast<std::size_t>(block.b)];
         Matrix6 of_a = Matrix6::Zero();
         Matrix6 of_b = Matrix6::Zero();
         Matrix6 between = Matrix6::Zero();
@@ -391,8 +407,8 @@ bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::
     double begun = 0.0; // [J] what the first active set misses
     enter_set(loop, island, velocity, limits.least);
     bool changes = true; // the active set
-    island.rounds = 0;
-    while (changes && island.rounds < limits.rounds) {
+    island.cost = 0.0;
+    for (int round = 0; changes && round < newton_rounds; ++round) {
         active_.clear();
         rows_.clear();
         for (const int i : island.blocks) {
@@ -401,16 +417,21 @@ bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::
             add_block(loop, i, least / own, velocity);
         }
         const double missing = missing_square();
-        begun = island.rounds == 0 ? missing : begun;
+        begun = round == 0 ? missing : begun;
+        find_fill(loop, place, island);
+        const double cost = island.cost + static_cast<double>(factors_.products());
         // Sets that miss so much more than the first one throw the bodies ever farther: hardly one that follows stays.
-        if (compliance * missing > begun || !factorise(loop, rows, place, island)) {
+        if (compliance * missing > begun || cost > limits.cost || !factorise(loop, rows, place, island)) {
             break;
         }
-        ++island.rounds;
+        island.cost = cost;
         find_impulses(loop, place, island, compliance * compliance * begun);
         changes = false;
         for (const Active& active : active_) {
             changes = take_found(loop, active, rows, velocity) || changes;
+        }
+        if (!island.assemblies.empty()) {
+            loop.joints->solve(island.assemblies, velocity);
         }
         changes = enter_set(loop, island, velocity, limits.least) || changes;
     }

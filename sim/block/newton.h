@@ -31,19 +31,17 @@ struct NewtonWait {
     float left = 0.0f;  ///< of them, in the solves to come
 };
 
-/// Dynamic bodies that contacts connect, and the blocks between them.
+/// Dynamic bodies that contacts and joints connect, and the blocks between them.
 struct Island {
     std::vector<int> bodies; ///< ascending
     std::vector<int> blocks; ///< ascending
+    std::vector<int> assemblies; ///< of joints, ascending
 
-    double cost = 0.0; ///< [-] of a round, in sweeps: products of two bodies' equations, level by level from its least body, each as
-                       ///< the visit of a block; a tower's are a few, those of a heap of 200 bodies a hundred
     NewtonWait wait;      ///< as the solve began
-    double in_vain = 0.0; ///< [-] sweeps that steps of this solve cost since the last that was not in vain
-    int rounds = 0;       ///< of the last step: factorisations, each of an active set
+    double cost = 0.0;    ///< [-] of the last step, in visits of a block: products of two bodies' equations
+    double in_vain = 0.0; ///< [-] sweeps of the island that steps of this solve cost since the last that was not in vain
     bool is_served = false;      ///< by steps of this solve, none of them known to be in vain
     bool resists = false;        ///< one was: left to sweeps
-    bool has_joints = false;     ///< which the equations lack: the same
     bool is_extrapolated = true; ///< else it is served, or was done when it was looked at last
     double change = 0.0;         ///< [m/s] largest of a visit before the last step
 };
@@ -54,7 +52,7 @@ inline constexpr int newton_rounds = 24;
 
 /// Of a step of Newton's method.
 struct NewtonLimits {
-    int rounds = 0;     ///< [-] at most so many active sets
+    double cost = 0.0;  ///< [-] the most that it may cost, in visits of a block
     double least = 0.0; ///< [m/s] what a point may miss without a load
 };
 
@@ -64,9 +62,9 @@ double sliding_share(const Blocks& loop, const Island& island);
 class IslandNewton {
 public:
     /// One step of Newton's method for an island: its impulses and the velocities of its bodies change. Sliding friction is held.
-    /// Counts the rounds. Returns false where the active set does not settle, or misses more than 1 / `compliance` of what the first
-    /// one did (`law_dominoes.a_row_that_lies...`), or what the sweeps minimise grows: all stays as it was then, for impulses that hold
-    /// bodies against each other may be any.
+    /// Counts what it costs. Joints are closed before and after. Returns false where the active set does not settle, or misses more than
+    /// 1 / `compliance` of what the first one did (`law_dominoes.a_row_that_lies...`), or what the sweeps minimise grows: all stays as it
+    /// was then, for impulses that hold bodies against each other may be any.
     bool step(Blocks& loop, Island& island, BlockBodies& bodies, std::span<Velocity> velocity, const NewtonLimits& limits);
 
 private:
@@ -107,6 +105,7 @@ private:
     void add_block(const Blocks& loop, int block, double mass_share, std::span<const Velocity> velocity);
     void add_normal_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
+    void find_fill(const Blocks& loop, std::span<const int> place, const Island& island);
     bool factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island);
     Direction solution(const Blocks& loop, std::span<const int> place, const Island& island, const Eigen::VectorXd& missing);
     double missing_square() const;

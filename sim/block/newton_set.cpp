@@ -57,6 +57,9 @@ void IslandNewton::begin(Blocks& loop, const Island& island, std::span<const Vel
     for (const int body : island.bodies) {
         begun_velocity_.push_back(velocity[static_cast<std::size_t>(body)]);
     }
+    if (!island.assemblies.empty()) {
+        loop.joints->keep(island.assemblies);
+    }
 }
 
 /// Impulses p minimise p.A p / 2 + b.p, where A p + b is what they miss. Has the step made that less?
@@ -86,6 +89,9 @@ void IslandNewton::take_back(Blocks& loop, const Island& island, std::span<Veloc
     });
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         velocity[static_cast<std::size_t>(island.bodies[i])] = begun_velocity_[i];
+    }
+    if (!island.assemblies.empty()) {
+        loop.joints->take_kept(island.assemblies);
     }
 }
 

@@ -177,16 +177,17 @@ void CollisionSolver::iterate(std::vector<Velocity>& velocity, const StepSetting
         return x <= std::max(settings.velocity_tolerance, loop_.let_pass() * settings.tolerance / settings.time_step.value());
     };
     loop_.may_give_way = may_give_way;
-    loop_.assembly_of = joints_.assembly_of();
+    loop_.joints = assemblies_.empty() ? nullptr : &joints_;
     loop_.wake(settings.iteration_limit);
     constexpr double infinity = std::numeric_limits<double>::infinity();
     double change = infinity; // [m/s] by the last sweep
     double missing = 0.0;     // [m/s] of the joints, before its visits
     std::function<void()> close_joints;
     if (!assemblies_.empty()) {
-        close_joints = [&] { missing = joints_.solve(assemblies_, velocity); };
+        close_joints = [&] { missing = std::max(missing, joints_.solve(assemblies_, velocity)); };
     }
     for (converged = false; loop_.spent() < settings.iteration_limit && !converged;) {
+        missing = 0.0;
         change = loop_.sweep(velocity, skip, settings.velocity_tolerance, infinity, close_joints);
         converged = is_enough(change) && (assemblies_.empty() || (loop_.sweeps() > 1 && is_enough(missing)));
     }
@@ -310,7 +311,7 @@ void CollisionSolver::report_impacts(int pass) {
 }
 
 /// The bodies whose velocities this pass may change, and these velocities, for which joints are closed.
-void CollisionSolver::begin_pass(std::vector<Velocity>& velocity) {
+void CollisionSolver::begin_pass(const Bodies& bodies, std::vector<Velocity>& velocity) {
     const auto sort = [](auto& numbers) { // each once
         std::ranges::sort(numbers);
         numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
@@ -331,6 +332,9 @@ void CollisionSolver::begin_pass(std::vector<Velocity>& velocity) {
         in_pass_.insert(in_pass_.end(), joints_.bodies_of(assembly).begin(), joints_.bodies_of(assembly).end());
     }
     sort(in_pass_);
+    if (!assemblies_.empty()) {
+        loop_.add_rows(bodies, in_pass_);
+    }
     joints_.solve(assemblies_, velocity);
     before_.resize(velocity.size());
     for (const std::size_t i : in_pass_) {
@@ -372,7 +376,7 @@ CollisionReport CollisionSolver::resolve(const Bodies& bodies, std::span<const P
             kinematic_ = bodies.kinematic.empty() ? std::vector<Velocity>{} : kinematic_velocity(bodies);
             joint_work_ = 0.0;
         }
-        begin_pass(velocity);
+        begin_pass(bodies, velocity);
         bool converged = true;
         iterate(velocity, settings, converged);
         report.energy_removed += keep_energy(bodies, velocity, settings, converged);

@@ -82,7 +82,7 @@ private:
     void iterate(std::vector<Velocity>& velocity, const StepSettings& settings, bool& converged);
     void report_impacts(int pass);
     double energy_owed() const;
-    void begin_pass(std::vector<Velocity>& velocity);
+    void begin_pass(const Bodies& bodies, std::vector<Velocity>& velocity);
     double keep_energy(const Bodies& bodies, std::vector<Velocity>& velocity, const StepSettings& settings,
                        bool& converged);
     double work_of_pass();

@@ -102,7 +102,7 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
     group.settled = (was_swept ? solved_share : 1.0) * std::min(iteration_tolerance_, settled_change);
     group.sweeps = 0;
     group.contacts.loop.may_give_way = may_give_way;
-    group.contacts.loop.assembly_of = joints_.assembly_of();
+    group.contacts.loop.joints = group.assemblies.empty() ? nullptr : &joints_;
     RestRules rules = rules_;
     rules.is_halved = std::ranges::any_of(group.bodies, [&](std::size_t i) { return known.wedged[i]; });
     group.contacts.follow(settings_, rules);
@@ -178,11 +178,12 @@ int ContactSolver::iterate(ContactGroup& group, int budget, bool& converged) {
     const bool has_joints = !group.assemblies.empty();
     std::function<void()> close_joints;
     if (has_joints) {
-        close_joints = [&] { missing = joints_.solve(group.assemblies, to_.velocity); };
+        close_joints = [&] { missing = std::max(missing, joints_.solve(group.assemblies, to_.velocity)); };
     }
     loop.wake(budget);
     for (converged = false; loop.spent() < budget && !converged;) {
         const double skip = skip_share * std::min(tolerance, last);
+        missing = 0.0;
         last = loop.sweep(to_.velocity, skip, tolerance, rules_.band / rules_.h, close_joints);
         if (group.enough == 0.0) {
             group.enough = std::min(tolerance, std::max(solved_share * last, group.settled));

@@ -112,6 +112,9 @@ void JointSolver::find_assemblies(const Bodies& bodies, std::span<const Joint> j
             assemblies_.emplace_back();
         }
         at(assembly).joints.push_back(static_cast<int>(i));
+        if (moves(joints[i].a) && moves(joints[i].b)) {
+            at(assembly).pairs.push_back({joints[i].a, joints[i].b});
+        }
     }
     for (std::size_t i = 0; i < first.size(); ++i) {
         assembly_of_[i] = assembly_of_[static_cast<std::size_t>(first[i])];
@@ -125,6 +128,50 @@ void JointSolver::unite_bodies(std::vector<int>& sets) const {
     for (const Assembly& of : assemblies_) {
         for (const int body : of.bodies) {
             unite(sets, of.bodies.front(), body);
+        }
+    }
+}
+
+void JointSolver::add_equations(int assembly, double heaviest, std::span<const int> place, BodyFactors& to) const {
+    for (const Row& row : rows_of(at(assembly))) {
+        if (row.is_out) {
+            continue;
+        }
+        const double share = compliance / (heaviest * std::max(row.inverse_mass_a, row.inverse_mass_b));
+        const double per = 1.0 / (share * *coupling(row, row) + row.softness);
+        Vec6 of_a;
+        Vec6 of_b;
+        of_a << row.axis, row.arm_a;
+        of_b << -row.axis, -row.arm_b;
+        const int a = row.inverse_mass_a > 0.0 ? place[static_cast<std::size_t>(row.a)] : -1;
+        const int b = row.inverse_mass_b > 0.0 ? place[static_cast<std::size_t>(row.b)] : -1;
+        if (a >= 0) {
+            to.add(a, per * of_a * of_a.transpose());
+        }
+        if (b >= 0) {
+            to.add(b, per * of_b * of_b.transpose());
+        }
+        if (a >= 0 && b >= 0) {
+            to.add(a, b, per * of_a * of_b.transpose());
+        }
+    }
+}
+
+void JointSolver::keep(std::span<const int> of) {
+    for (const int i : of) {
+        for (Row& row : rows_of(at(i))) {
+            row.kept_sum = row.sum;
+            row.was_out = row.is_out;
+        }
+    }
+}
+
+void JointSolver::take_kept(std::span<const int> of) {
+    for (const int i : of) {
+        for (Row& row : rows_of(at(i))) {
+            row.sum = row.kept_sum;
+            const bool is_out = std::exchange(row.is_out, row.was_out);
+            at(i).is_factored = at(i).is_factored && is_out == row.is_out;
         }
     }
 }

