@@ -308,7 +308,6 @@ private:
             place[body] = -1;
         }
     }
-    std::vector<int> assemblies_in(std::span<const int> which) const;
     std::vector<std::array<std::size_t, 2>> connected(std::span<const int> assemblies) const;
     std::vector<Place> coloured(const Bodies& bodies, std::size_t first_block);
     void plan_batches(std::span<const Place> places);

@@ -1,5 +1,7 @@
 #include "sim/block/body_factors.h"
 
+#include "sim/base/sort_once.h"
+
 #include <Eigen/OrderingMethods>
 
 #include <algorithm>
@@ -39,8 +41,7 @@ void BodyFactors::find_fill(std::span<const std::array<int, 2>> pairs) {
     }
     for (Column& column : columns_) {
         std::vector<int>& below = column.below;
-        std::ranges::sort(below);
-        below.erase(std::unique(below.begin(), below.end()), below.end());
+        sort_once(below);
         if (!below.empty()) {
             std::vector<int>& parent = columns_[static_cast<std::size_t>(below.front())].below;
             parent.insert(parent.end(), below.begin() + 1, below.end());

@@ -1,4 +1,5 @@
 /// Blocks by islands: what Newton's method is tried on, and what it brought.
+#include "sim/base/sort_once.h"
 #include "sim/block/blocks.h"
 
 #include <algorithm>
@@ -12,12 +13,6 @@ namespace {
 
 /// Where more than this share [-] of the load slides none is tried: the equations lack what friction does with the load.
 constexpr double most_sliding = 0.05;
-
-/// Each once, ascending.
-void sort_once(std::vector<int>& numbers) {
-    std::ranges::sort(numbers);
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-}
 
 /// Bodies beside each body, by places: those of body i are of[begin[i]] and on, up to begin[i + 1].
 struct Neighbours {
@@ -39,18 +34,6 @@ struct Neighbours {
 };
 
 } // namespace
-
-/// Those of joints that hold some of these bodies, ascending.
-std::vector<int> Blocks::assemblies_in(std::span<const int> which) const {
-    std::vector<int> found;
-    for (std::size_t i = 0; joints != nullptr && i < which.size(); ++i) {
-        if (const int assembly = joints->assembly_of()[static_cast<std::size_t>(which[i])]; assembly >= 0) {
-            found.push_back(assembly);
-        }
-    }
-    sort_once(found);
-    return found;
-}
 
 /// Places of bodies that a block connects, or a joint of these assemblies.
 std::vector<std::array<std::size_t, 2>> Blocks::connected(std::span<const int> assemblies) const {
@@ -82,7 +65,7 @@ void Blocks::find_islands() {
     const auto place_of = [&](int body) { return static_cast<std::size_t>(place[static_cast<std::size_t>(body)]); };
     find_members(0, [&](std::size_t body) { return rows[body].x[0] > 0.0; });
     std::vector<int> own(members_.begin(), members_.end());
-    const std::vector<int> assemblies = assemblies_in(own);
+    const std::vector<int> assemblies = joints == nullptr ? std::vector<int>{} : joints->assemblies_with(own);
     for (const int assembly : assemblies) {
         own.insert(own.end(), joints->bodies_of(assembly).begin(), joints->bodies_of(assembly).end());
     }

@@ -1,11 +1,13 @@
 #pragma once
 /// What Newton's method of contacts has to know of joints. They are closed exactly beside it, so their impulses are no unknowns of its
 /// own: bodies in joints only answer to contacts as these let them.
+#include "sim/base/sort_once.h"
 #include "sim/block/body_factors.h"
 #include "sim/model/body.h"
 
 #include <array>
 #include <span>
+#include <vector>
 
 namespace sim {
 
@@ -18,7 +20,20 @@ public:
 
     /// [body_count]; -1: no joint holds the body, or nothing moves it.
     virtual std::span<const int> assembly_of() const = 0;
-    /// Those that move, ascending.
+    /// Those that hold some of these bodies, ascending.
+    template <typename Indices>
+    std::vector<int> assemblies_with(const Indices& bodies) const {
+        const std::span<const int> of = assembly_of();
+        std::vector<int> found;
+        for (const auto body : bodies) {
+            if (const int assembly = of[static_cast<std::size_t>(body)]; assembly >= 0) {
+                found.push_back(assembly);
+            }
+        }
+        sort_once(found);
+        return found;
+    }
+    /// Bodies that move, ascending.
     virtual std::span<const int> bodies_of(int assembly) const = 0;
     /// Of these, those that a joint connects.
     virtual std::span<const std::array<int, 2>> pairs_of(int assembly) const = 0;

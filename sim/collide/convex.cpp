@@ -1,5 +1,6 @@
 #include "sim/collide/convex.h"
 
+#include "sim/base/sort_once.h"
 #include "sim/model/polytope.h"
 
 #include <algorithm>
@@ -133,8 +134,7 @@ void for_each_around(const Polytope::Around& around, std::size_t vertex_count, c
         const std::span<const int> own = around.of(vertex.index);
         all.insert(all.end(), own.begin(), own.end());
     }
-    std::ranges::sort(all);
-    all.erase(std::unique(all.begin(), all.end()), all.end());
+    sort_once(all);
     std::ranges::for_each(all, f);
 }
 

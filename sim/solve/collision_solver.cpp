@@ -1,5 +1,6 @@
 #include "sim/solve/collision_solver.h"
 
+#include "sim/base/sort_once.h"
 #include "sim/solve/time_of_impact.h"
 
 #include <algorithm>
@@ -312,26 +313,16 @@ void CollisionSolver::report_impacts(int pass) {
 
 /// The bodies whose velocities this pass may change, and these velocities, for which joints are closed.
 void CollisionSolver::begin_pass(const Bodies& bodies, std::vector<Velocity>& velocity) {
-    const auto sort = [](auto& numbers) { // each once
-        std::ranges::sort(numbers);
-        numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-    };
     in_pass_.clear();
     for (const Block& block : loop_.blocks) {
         in_pass_.push_back(static_cast<std::size_t>(block.a));
         in_pass_.push_back(static_cast<std::size_t>(block.b));
     }
-    assemblies_.clear();
-    for (std::size_t i = 0; !joints_.empty() && i < in_pass_.size(); ++i) {
-        if (const int assembly = joints_.assembly_of()[in_pass_[i]]; assembly >= 0) {
-            assemblies_.push_back(assembly);
-        }
-    }
-    sort(assemblies_);
+    assemblies_ = joints_.empty() ? std::vector<int>{} : joints_.assemblies_with(in_pass_);
     for (const int assembly : assemblies_) {
         in_pass_.insert(in_pass_.end(), joints_.bodies_of(assembly).begin(), joints_.bodies_of(assembly).end());
     }
-    sort(in_pass_);
+    sort_once(in_pass_);
     if (!assemblies_.empty()) {
         loop_.add_rows(bodies, in_pass_);
     }
