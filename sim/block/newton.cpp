@@ -405,7 +405,9 @@ bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::
     }
     begin(loop, island, velocity);
     double begun = 0.0; // [J] what the first active set misses
-    enter_set(loop, island, velocity, limits.least);
+    find_loaded(loop, island, place);
+    enter_set(loop, island, place, velocity, limits.least);
+    is_loaded_.assign(island.bodies.size(), 1);
     bool changes = true; // the active set
     island.cost = 0.0;
     for (int round = 0; changes && round < newton_rounds; ++round) {
@@ -433,7 +435,7 @@ bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::
         if (!island.assemblies.empty()) {
             loop.joints->solve(island.assemblies, velocity);
         }
-        changes = enter_set(loop, island, velocity, limits.least) || changes;
+        changes = enter_set(loop, island, place, velocity, limits.least) || changes;
     }
     for (const int body : island.bodies) {
         place[static_cast<std::size_t>(body)] = -1;

@@ -117,10 +117,12 @@ private:
     void begin(Blocks& loop, const Island& island, std::span<const Velocity> velocity);
     bool is_nearer(Blocks& loop, const Island& island, std::span<const Velocity> velocity) const;
     void take_back(Blocks& loop, const Island& island, std::span<Velocity> velocity) const;
-    static bool enter_set(Blocks& loop, const Island& island, std::span<const Velocity> velocity, double least);
+    void find_loaded(Blocks& loop, const Island& island, std::span<const int> place);
+    bool enter_set(Blocks& loop, const Island& island, std::span<const int> place, std::span<const Velocity> velocity, double least) const;
 
     std::vector<PointState> begun_;        ///< the island's points as a step begins
     std::vector<Velocity> begun_velocity_; ///< and its bodies
+    std::vector<char> is_loaded_;          ///< [bool] of these, for enter_set()
     std::vector<Active> active_;
     std::vector<Row> rows_;
     BodyFactors factors_;

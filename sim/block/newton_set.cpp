@@ -2,6 +2,8 @@
 #include "sim/block/blocks.h"
 #include "sim/block/newton.h"
 
+#include <algorithm>
+
 namespace sim {
 
 IslandNewton::PointState IslandNewton::state_of(const BatchPoint& point, std::size_t lane, const Vec6& twist) {
@@ -25,18 +27,39 @@ void IslandNewton::for_each_block(Blocks& loop, const Island& island, F&& visit)
     }
 }
 
+/// Which bodies contacts push.
+void IslandNewton::find_loaded(Blocks& loop, const Island& island, std::span<const int> place) {
+    is_loaded_.assign(island.bodies.size(), 0);
+    for_each_block(loop, island, [&](const BlockBatch& batch, std::size_t lane, std::span<const BatchPoint> points) {
+        const auto pushes = [&](const BatchPoint& point) { return point.p_n.x[lane] > 0.0; };
+        for (const int body : {batch.a[lane], batch.b[lane]}) {
+            if (const int at = place[static_cast<std::size_t>(body)]; at >= 0 && std::ranges::any_of(points, pushes)) {
+                is_loaded_[static_cast<std::size_t>(at)] = 1;
+            }
+        }
+    });
+}
+
 /// Points without a load that part slower than they are to by more than `least` [m/s] enter the set (eq. 2, 3): they get next to
-/// nothing of the impulse that would mend it. Returns whether there are any.
-bool IslandNewton::enter_set(Blocks& loop, const Island& island, std::span<const Velocity> velocity, double least) {
+/// nothing of the impulse that would mend it. Bodies that nothing pushes yet fall together, as those of a tower that was put down: they
+/// enter with all points that do not part faster, or each set would take up one more of them
+/// (`law_funnel_settings.a_tower_that_is_put_down...`). Returns whether there are any.
+bool IslandNewton::enter_set(Blocks& loop, const Island& island, std::span<const int> place, std::span<const Velocity> velocity,
+                             double least) const {
+    const auto falls = [&](int body) {
+        const int at = place[static_cast<std::size_t>(body)];
+        return at >= 0 && is_loaded_[static_cast<std::size_t>(at)] == 0;
+    };
     bool any = false;
     for_each_block(loop, island, [&](const BlockBatch& batch, std::size_t lane, std::span<BatchPoint> points) {
         const Vec6 twist = LaneFrame(batch, lane).relative_twist(velocity);
+        const double enough = falls(batch.a[lane]) || falls(batch.b[lane]) ? -least : least;
         for (BatchPoint& point : points) {
             const LanePoint at(point, lane);
             const double missing = point.u_n_target.x[lane] - at.normal_velocity(twist);
-            if (at.p_n == 0.0 && missing > least) {
+            if (at.p_n == 0.0 && missing > enough) {
                 const double along_n = batch.response[5].x[lane]; // [1/kg]
-                point.p_n.x[lane] = rounding_share * missing / along_n;
+                point.p_n.x[lane] = rounding_share * std::max(missing, least) / along_n;
                 any = true;
             }
         }
