@@ -201,14 +201,14 @@ void IslandNewton::find_fill(const Blocks& loop, std::span<const int> place, con
     factors_.begin(static_cast<int>(island.bodies.size()), pairs);
 }
 
-/// Mass matrix + sum of rows^T rows / compliance: the equations with the impulses eliminated. Returns whether it has factors.
-bool IslandNewton::factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island) {
-    double heaviest = 0.0; // [kg]
+/// Mass matrix + sum of rows^T rows / compliance: the equations with the impulses eliminated. heaviest: of the island's bodies [kg].
+/// Returns whether it has factors.
+bool IslandNewton::factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island,
+                             double heaviest) {
     for (const int body : island.bodies) {
         const BodyRows& row = rows[static_cast<std::size_t>(body)];
         Matrix6 mass = Matrix6::Zero();
         mass.topLeftCorner<3, 3>() = Mat3::Identity() / row.x[0];
-        heaviest = std::max(heaviest, 1.0 / row.x[0]);
         mass.bottomRightCorner<3, 3>() = inverse_inertia_of(row).inverse();
         factors_.add(place[static_cast<std::size_t>(body)], mass);
     }
@@ -423,7 +423,7 @@ bool IslandNewton::step(Blocks& loop, Island& island, BlockBodies& bodies, std::
         find_fill(loop, place, island);
         const double cost = island.cost + static_cast<double>(factors_.products());
         // Sets that miss so much more than the first one throw the bodies ever farther: hardly one that follows stays.
-        if (compliance * missing > begun || cost > limits.cost || !factorise(loop, rows, place, island)) {
+        if (compliance * missing > begun || cost > limits.cost || !factorise(loop, rows, place, island, 1.0 / least)) {
             break;
         }
         island.cost = cost;

@@ -106,7 +106,8 @@ private:
     void add_normal_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void add_friction_rows(const Blocks& loop, Active& active, const Eigen::Matrix<double, 6, 1>& twist);
     void find_fill(const Blocks& loop, std::span<const int> place, const Island& island);
-    bool factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island);
+    bool factorise(const Blocks& loop, std::span<const BodyRows> rows, std::span<const int> place, const Island& island,
+                   double heaviest);
     Direction solution(const Blocks& loop, std::span<const int> place, const Island& island, const Eigen::VectorXd& missing);
     double missing_square() const;
     void find_impulses(const Blocks& loop, std::span<const int> place, const Island& island, double enough);
