@@ -403,7 +403,7 @@ void Blocks::extrapolate(std::span<Velocity> velocity) {
         of_step.extrapolated += of_batch.extrapolated;
         of_step.swept += of_batch.swept;
     }
-    const double share_of_step = extrapolation_.next(of_step);
+    const double share_of_step = extrapolation_.next(of_step, change_ / change_before_);
     share_colours([&](std::size_t first, std::size_t last) { work(first, last, nullptr, share_of_step); });
 }
 
@@ -459,7 +459,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
     share_colours([&](std::size_t first, std::size_t last) {
         raise_to(worst, sweep_like(like, batches.data() + first, last - first));
     });
-    change_ = worst;
+    change_before_ = std::exchange(change_, worst);
     if (sweeps_ > plain_sweeps && change_ > large) {
         visit_again(like, large);
     }

@@ -329,6 +329,7 @@ private:
     std::vector<std::size_t> again_;    ///< memory of visit_again()
     std::vector<StepParts> parts_;      ///< [batches] of the last step
     double change_ = 0.0;               ///< [m/s] by the last sweep
+    double change_before_ = 0.0;        ///< [m/s] by the one before
     int budget_ = 0;                    ///< [-] of spent()
     int sweeps_ = 0;                    ///< since wake()
     double newton_cost_ = 0.0;          ///< [-] since then, in sweeps

@@ -8,8 +8,6 @@ namespace {
 /// Rounds of the search for the set of loaded points, beside one a point; lanes that have not come to an end then, or
 /// come back to the set of two rounds before, are iterated point by point, as many rounds.
 constexpr int set_rounds = 5;
-/// Targets that a rigid motion misses by no more than this share [-] of the velocities asked for are consistent.
-constexpr double inconsistent = 1e-10;
 
 /// A symmetric 2x2 matrix.
 struct Gram {
@@ -223,7 +221,7 @@ LANES_INLINE void Visit<N>::solve_normals(Real slack, double softness) {
     const Real zero = real(0.0);
     for (int k = 0; k < N; ++k) {
         excess[k] = normal_velocity(k, twist) - (lifted.x + lifted.y * y[k] - lifted.z * x[k]) - load(points[k].u_n_target);
-        slack = max(slack, select(lanes_of(points[k].there), inconsistent * abs(excess[k]), zero));
+        slack = max(slack, select(lanes_of(points[k].there), same_share * abs(excess[k]), zero)); // the targets agree so far
         active[k] = select(p_n[k] > 0.0, one, zero);
         approaching[k] = select(excess[k] < 0.0, one, zero);
         loaded |= p_n[k] > 0.0;

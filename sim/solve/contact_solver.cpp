@@ -89,8 +89,8 @@ void ContactSolver::prepare(const Bodies& bodies, const std::vector<PairContacts
 /// nothing. Nor does the rest of the guess where joints hold against it, or their motors: alone, either turns a light body as far,
 /// and what is missed there of gaps and slips, with the square of it, no motion gives that the joints have. Sweeps then come to no
 /// end, but push contacts and joints ever harder against each other. Joints and contacts are measured before any impulse.
-/// Of what could not part in the last interval half is the guess: impulses that hold against each other move nothing, would be handed
-/// from step to step, and what each adds to them would grow until it does work.
+/// Of overlaps that could not part in the last interval half is the guess: impulses that hold against each other move nothing, would be
+/// handed from step to step, and what each adds to them would grow until it does work.
 void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairContacts>& pairs, ContactGroup& group) {
     for (const std::size_t i : group.bodies) {
         change_[i] = {};
@@ -104,7 +104,7 @@ void ContactSolver::begin_group(const Bodies& bodies, const std::vector<PairCont
     group.contacts.loop.may_give_way = may_give_way;
     group.contacts.loop.joints = group.assemblies.empty() ? nullptr : &joints_;
     RestRules rules = rules_;
-    rules.is_halved = std::ranges::any_of(group.bodies, [&](std::size_t i) { return known.wedged[i]; });
+    rules.is_wedged = std::ranges::any_of(group.bodies, [&](std::size_t i) { return known.wedged[i]; });
     group.contacts.follow(settings_, rules);
     group.contacts.begin(bodies, pairs, group.pairs, to_, change_);
     take_uncertain(group);

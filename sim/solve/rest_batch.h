@@ -48,7 +48,7 @@ struct RestRules {
     double gravity[3] = {0.0, 0.0, 0.0};
     double weight = 0.0; ///< [m/s^2] its size
     bool warm_start = true;
-    bool is_halved = false; ///< the guess, as loaded overlaps could not part in the last interval
+    bool is_wedged = false; ///< in the last interval loaded overlaps could not part
     bool is_stretched = false; ///< the last solve did not converge, or its interval was shorter
 };
 

@@ -127,7 +127,9 @@ struct Rest : Window {
             const Real stretch = select(loaded, interval / select(loaded, memory.interval, one), zero);
             force += stretch * memory.force_share * memory.p_n;
             const Mask warm = rules.warm_start ? loaded : nowhere();
-            const Real started = select(warm, rules.is_halved ? 0.5 * stretch : stretch, zero);
+            const Mask overlaps = gap < -rules.band;
+            const Mask halved = rules.is_wedged ? overlaps : nowhere();
+            const Real started = select(warm, select(halved, 0.5 * stretch, stretch), zero);
             const Real p_n = started * memory.p_n;
             store(points[k].p_n, p_n);
             store(points[k].p_t[0], started * dot(memory.p_t, f.t1));

