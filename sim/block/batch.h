@@ -66,6 +66,7 @@ struct BlockBatch {
     int count;             ///< [-] points of a lane: 1, 2, 4, 6 or block_size
     unsigned moves_a;      ///< bit l: body a of lane l is not static
     unsigned moves_b;
+    unsigned led;          ///< bit l: a body of lane l is led by keys, see BodyProps
     unsigned face_of_a;    ///< bit l: a face of a against points of b
     unsigned sticking;     ///< bit l: the mark of eq. 6
     bool has_friction;
@@ -108,7 +109,7 @@ struct BatchSweep {
     /// [m/s] targets that a rigid motion misses by no more are met on average, and the load is shared smoothly;
     /// else fewer points carry it.
     double tolerance = 0.0;
-    double softness = 0.0; ///< [-] normal impulses give way by this share of what they change
+    double softness = 0.0; ///< [-] normal impulses on led bodies give way by this share of what they change
     bool by_half = false;  ///< half of what each visit finds is taken at most, and it is to be visited again
 };
 

@@ -18,7 +18,7 @@ LANES_INLINE Real visit_lanes(const BatchSweep& sweep, BlockBatch& batch, Visit<
         v.p_1[k] = v.load(point.p_t[0]);
         v.p_2[k] = v.load(point.p_t[1]);
     }
-    v.solve_normals(real(sweep.tolerance), sweep.softness);
+    v.solve_normals(real(sweep.tolerance), select(v.lanes_of(batch.led), real(sweep.softness), zero));
     if (batch.has_friction) {
         v.solve_friction();
     }

@@ -291,7 +291,7 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
     for (BatchPoint& point : own) {
         point.there = point.edges = point.wandered = point.ahead = point.closing = 0;
     }
-    batch.moves_a = batch.moves_b = batch.face_of_a = 0;
+    batch.moves_a = batch.moves_b = batch.led = batch.face_of_a = 0;
     batch.has_friction = false;
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
         if (batch.block[lane] < 0) {
@@ -307,8 +307,11 @@ void Blocks::fill_batch(std::size_t i, const Bodies& bodies, std::span<const Vel
         const unsigned bit = 1u << lane;
         batch.a[lane] = block.a;
         batch.b[lane] = block.b;
-        batch.moves_a |= bodies.props[static_cast<std::size_t>(block.a)].is_static() ? 0u : bit;
-        batch.moves_b |= bodies.props[static_cast<std::size_t>(block.b)].is_static() ? 0u : bit;
+        const BodyProps& a = bodies.props[static_cast<std::size_t>(block.a)];
+        const BodyProps& b = bodies.props[static_cast<std::size_t>(block.b)];
+        batch.moves_a |= a.is_static() ? 0u : bit;
+        batch.moves_b |= b.is_static() ? 0u : bit;
+        batch.led |= a.is_led || b.is_led ? bit : 0u;
         batch.has_friction = batch.has_friction || block.has_friction();
         batch.mu.x[lane] = block.mu_d;
         batch.face_of_a |= from[0]->kind == FeatureKind::face_a ? bit : 0u;
@@ -467,7 +470,7 @@ double Blocks::sweep(std::span<Velocity> velocity, double skip, double tolerance
     if (sweeps_ % plain_sweeps == 0) {
         stalls_ = least_change_ > 0.5 * progress_;
         progress_ = std::exchange(least_change_, std::numeric_limits<double>::infinity());
-        if (may_give_way && (stalls_ || gives_way())) {
+        if (may_give_way && (stalls_ || gives_way()) && std::ranges::any_of(batches, [](const BlockBatch& b) { return b.led != 0; })) {
             softness_ = std::max(2.0 * softness_, least_softness);
         }
     }

@@ -265,9 +265,9 @@ public:
     /// Share [-] of the gap tolerance over the step by which velocities may still change then.
     double let_pass() const { return stalls_ ? stall_share * sweeps_ : 0.0; }
 
-    /// Share [-] of their response by which normal impulses give way. What no motion gives, as of bodies between two that close in
-    /// on them, is else asked for by ever larger impulses. Where they may, it is doubled from the first stall on every `plain_sweeps`,
-    /// so that they come to an end.
+    /// Share [-] of their response by which normal impulses on led bodies (BodyProps::is_led) give way. What no motion gives, as of
+    /// bodies between two that close in on them, is else asked for by ever larger impulses. Where they may, it is doubled from the
+    /// first stall on every `plain_sweeps`, so that they come to an end.
     double softness() const { return softness_; }
     bool gives_way() const { return softness_ > 0.0; }
 

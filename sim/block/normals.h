@@ -207,9 +207,9 @@ struct SetTrial {
 /// Non-negative normal impulses with velocities at or above their targets (eq. 1-3 for the block), less what softness [-] times
 /// their response gives.
 template <int N>
-LANES_INLINE void Visit<N>::solve_normals(Real slack, double softness) {
+LANES_INLINE void Visit<N>::solve_normals(Real slack, Real softness) {
     const Sym3 wn = normal_response(batch, *this);
-    const Sym3 soft = real(1.0 + softness) * wn;
+    const Sym3 soft = (1.0 + softness) * wn;
     const Real3 held = normal_wrench(p_n);
     const Real3 lifted = wn * held;
     Real excess[N];

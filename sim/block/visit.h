@@ -59,7 +59,7 @@ struct Visit : Window {
         }
         return largest;
     }
-    void solve_normals(Real slack, double softness);
+    void solve_normals(Real slack, Real softness);
     void iterate_normals(const Sym3& wn, Mask open, const Real* excess, Real* impulse) const;
     void add_normals(const Sym3& wn, const Real3& held, const Real* impulse);
     void solve_friction();

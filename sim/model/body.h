@@ -21,6 +21,7 @@ struct BodyProps {
     double mu_s = -1.0;           ///< [-]; < 0: the partner's
     double mu_d = -1.0;           ///< [-]; < 0: the partner's
     bool is_kinematic = false;    ///< moved by keys (motion.h)
+    bool is_led = false;          ///< kinematic, or joints connect it with one that is
     bool is_waiting = false;      ///< to be released: until then nothing meets it, and nothing moves it
     Shape shape;
 

@@ -241,7 +241,8 @@ struct Rest : Window {
             const Real p_n = load(points[k].p_n);
             wrench = wrench + Real3{p_n, p_n * load(points[k].y), -(p_n * load(points[k].x))};
         }
-        const Real3 change = real(work.softness) * (normal_response(batch, *this) * wrench);
+        const Real softness = select(lanes_of(batch.led), real(work.softness), real(0.0));
+        const Real3 change = softness * (normal_response(batch, *this) * wrench);
         Real most = real(0.0);
         for (int k = 0; k < batch.count; ++k) {
             const Real x = load(points[k].x);

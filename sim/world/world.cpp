@@ -52,6 +52,24 @@ std::vector<Joint> all_joints(const SceneDef& scene, const Bodies& bodies) {
     return joints;
 }
 
+/// BodyProps::is_led: what joints connect, not by way of what is fixed.
+void mark_led(Bodies& bodies, std::span<const Joint> joints) {
+    const auto props_of = [&](int body) -> BodyProps& { return bodies.props[static_cast<std::size_t>(body)]; };
+    std::vector<int> first = sets_of_one(bodies.props.size());
+    for (const Joint& joint : joints) {
+        if (!props_of(joint.a).is_fixed() && !props_of(joint.b).is_fixed()) {
+            unite(first, joint.a, joint.b);
+        }
+    }
+    find_firsts(first);
+    for (const KinematicBody& body : bodies.kinematic) {
+        props_of(first[body.index]).is_led = true;
+    }
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        bodies.props[i].is_led = props_of(first[i]).is_led;
+    }
+}
+
 /// Ascending.
 std::vector<BodyPair> jointed_pairs(std::span<const Joint> joints) {
     std::vector<BodyPair> pairs;
@@ -91,6 +109,7 @@ WorldState::WorldState(const SceneDef& scene, int threads)
     for (const BodyDef& body : scene.bodies) {
         names.push_back(body.name);
     }
+    mark_led(bodies, joints);
     const auto has_motor = [](const Joint& joint) { return joint.motor.has_value(); };
     let_wait(scene); // the search has seen all bodies as what they will be
     connected = sets_of_one(bodies.props.size());

@@ -1,6 +1,7 @@
 /// Bodies that keys move: what they carry, drag, push and throw, against closed forms; and that what they give is no gain.
 #include "sim/base/error.h"
 #include "tests/laws/law_scene.h"
+#include "tests/laws/law_solids.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -266,6 +267,58 @@ TEST(law_kinematic, what_hands_pinch_is_lifted_and_let_go) {
         }
     }
     EXPECT_LE(sweeps / steps, 180);
+}
+
+/// A hand, or a plate that a joint holds at it, presses a wall of cubes against a block that is fixed, further than there is room. It
+/// sinks in as far, and nothing else does, though much rests on what is pressed.
+TEST(law_kinematic, what_a_hand_presses_gives_way_to_the_hand_alone) {
+    const double half = 0.05;    // of a cube [m]
+    const double too_far = 5e-3; // [m]
+    for (const bool has_plate : {false, true}) {
+        sim::SceneDef scene;
+        const sim::MaterialDef surface = material(0.0, 0.5);
+        add_plane(scene, Quat::Identity(), surface);
+        const int fixed = add_box(scene, {0.02, 0.2, 0.3}, {{3.0 * half + 0.02, 0, 0.3}, Quat::Identity()}, surface);
+        scene.bodies[static_cast<std::size_t>(fixed)].mass = {};
+        for (int row = 0; row < 4; ++row) {
+            for (const double column : {-1.0, 0.0, 1.0}) {
+                add_box(scene, Vec3::Constant(half), {{2.0 * half * column, 0, half * (1 + 2 * row)}, Quat::Identity()}, surface);
+            }
+        }
+        const Vec3 face(-3.0 * half, 0, half); // that is pressed
+        const double plate = has_plate ? 0.03 : 0.0;
+        const auto stop_at = [&](double time, double x) {
+            return key(time, face + Vec3(x - plate - 0.02, 0, 0), 0.0, sim::Easing::stop);
+        };
+        int presses = add_moved_box(scene, {0.02, 0.04, 0.04},
+                                    {stop_at(0.1, -0.02), stop_at(0.3, too_far), stop_at(0.4, too_far), stop_at(0.6, -0.02)}, surface);
+        if (has_plate) {
+            const int hand = presses;
+            presses = add_box(scene, {0.01, 0.04, 0.04}, {face - Vec3(0.03, 0, 0), Quat::Identity()}, surface);
+            add_joint(scene, sim::JointKind::hinge, {presses, hand}, face - Vec3(0.05, 0, 0), Vec3::UnitZ());
+        }
+        sim::World world(scene);
+        double gain = 0.0, deepest = 0.0, elsewhere = 0.0, open = 0.0;
+        run(world, scene, 0.8, [&](const sim::Snapshot& s, const sim::StepReport& report) {
+            gain = std::max(gain, report.energy_gain);
+            for (const reference::PairGap& pair : reference::near_pairs(solids(scene), placements(s), 0.0, jointed_pairs(scene))) {
+                double& most = pair.b == presses ? deepest : elsewhere;
+                most = std::max(most, -pair.gap);
+            }
+            open = std::max(open, largest_joint_gap(scene, s));
+            return true;
+        });
+        const std::string what =
+            fmt::format("cubes pressed against a block {} m too far, by {}", too_far, has_plate ? "a hand's plate" : "a hand");
+        record({what, "it sinks in less or more than that [m]", 1e-3, deepest - too_far, scene.step.tolerance});
+        record({what, "overlap of others [m]", 1e-3, elsewhere, 1.1 * scene.step.tolerance});
+        record({what, "joint's gap [m]", 1e-3, open, scene.step.joint_tolerance});
+        record({what, "gain of energy [-]", 1e-3, gain, sim::energy_gain_allowed});
+        EXPECT_NEAR(deepest, too_far, 1e-3) << what;
+        EXPECT_LE(elsewhere, 1.1 * scene.step.tolerance) << what;
+        EXPECT_LE(open, 1.1 * scene.step.joint_tolerance) << what;
+        EXPECT_LE(gain, sim::energy_gain_allowed) << what;
+    }
 }
 
 /// No motion keeps a chain closed that two hands pull longer than it is.
